@@ -1,0 +1,83 @@
+//! The command line: one subcommand a file in [`crate::headless`], the window without one.
+
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::Parser;
+
+use crate::{app, headless};
+
+/// A living sea: run it, render it, write plugins for it.
+#[derive(Parser, Debug)]
+#[command(name = "reef", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    window: app::Args,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// Options that every command understands.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Common {
+    /// Machine-readable answer on standard output.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Look for plugins in this folder, too (before those beside the program).
+    #[arg(long, global = true, value_name = "DIR")]
+    pub plugin_dir: Vec<PathBuf>,
+    /// Vulkan device: its index or a part of its name, as `reef doctor` lists them.
+    #[arg(long, global = true, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Threads that simulate; all cores without it.
+    #[arg(long, global = true, value_name = "N")]
+    pub workers: Option<usize>,
+    /// Seed in place of the scene's.
+    #[arg(long, global = true, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Folder of assets; found beside the program or the workspace without it.
+    #[arg(long, global = true, value_name = "DIR")]
+    pub assets: Option<PathBuf>,
+}
+
+#[derive(clap::Subcommand, Debug)]
+enum Command {
+    /// Render frames of a scene to a picture, a folder or a video.
+    Render(headless::render::Args),
+    /// Check scenes under the validation layers against golden pictures.
+    Validate(headless::validate::Args),
+    /// Step a scene without a GPU: hashes, recordings, states.
+    Sim(headless::sim::Args),
+    /// What is loaded.
+    Plugin(headless::plugins::Args),
+    /// Check scene files, print their JSON Schema.
+    Scene(headless::scenes::Args),
+    /// The measured figures of this machine.
+    Bench(headless::bench::Args),
+    /// Devices, drivers, layers, and what is missing.
+    Doctor(headless::doctor::Args),
+}
+
+/// Parses the command line, runs the command and turns its outcome into an exit code.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let common = &cli.common;
+    let outcome = match &cli.command {
+        None => app::run(common, &cli.window),
+        Some(Command::Render(args)) => headless::render::run(common, args),
+        Some(Command::Validate(args)) => headless::validate::run(common, args),
+        Some(Command::Sim(args)) => headless::sim::run(common, args),
+        Some(Command::Plugin(args)) => headless::plugins::run(common, args),
+        Some(Command::Scene(args)) => headless::scenes::run(common, args),
+        Some(Command::Bench(args)) => headless::bench::run(common, args),
+        Some(Command::Doctor(args)) => headless::doctor::run(common, args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{:?}", failure.report);
+            ExitCode::from(failure.code)
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Vulkan: device, swapchain, memory, frames in flight, pipelines, barriers. Nothing of the sea.

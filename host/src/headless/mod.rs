@@ -1,0 +1,9 @@
+//! Everything that needs no window.
+
+pub mod bench;
+pub mod doctor;
+pub mod plugins;
+pub mod render;
+pub mod scenes;
+pub mod sim;
+pub mod validate;

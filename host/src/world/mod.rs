@@ -1,0 +1,4 @@
+//! The sea itself: scene, clock, flow, terrain, journal, and the frames that steps produce.
+
+pub mod environment;
+pub mod frame;

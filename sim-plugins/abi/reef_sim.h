@@ -1,0 +1,585 @@
+/* SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * reef_sim.h — the contract between the Reef host and a simulation plugin, version 0.1.
+ *
+ * A plugin is a dynamic library with one exported data symbol, `reef_sim_entry`. The host reads magic, version and
+ * header hash from it before it runs any of the library's code, then calls open(), reads the descriptors, makes
+ * instances with create() and calls step() once per simulation step. Nothing else is looked up by name.
+ *
+ * Conventions
+ *   Units      metres, seconds, kilograms, radians; y up, still water at y = 0; right-handed.
+ *   Positions  f64 origins, f32 offsets from them: an f32 world position would lose millimetres at 20 m.
+ *   Strings    UTF-8. `const char *` alone is NUL-terminated and valid until close(); (pointer, length) pairs are not
+ *              NUL-terminated and valid during the call. The receiver copies what it keeps. NULL only where [opt].
+ *   Memory     Never crosses: what one side allocated, that side frees. The host owns every output.
+ *   Unwinding  No exception, panic or longjmp crosses the boundary in either direction.
+ *   Pointers   Everything reachable from a step's input is valid during that step only.
+ *
+ * Where a function may be called
+ *   [control]  one at a time, on the generation's own control thread
+ *   [step]     on that same thread, during step(), one at a time per instance
+ *   [job]      concurrently, from a job of parallel_for
+ *   [any]      anywhere on a thread of the generation
+ * No plugin code, constructors included, ever runs on the program's main thread. Plugins never start threads.
+ *
+ * How the contract grows
+ *   Singletons      (reef_entry, reef_host, reef_descriptor, reef_instance, reef_step, reef_output, reef_writer,
+ *                   reef_reader) begin with `uint32_t size` and only ever get fields appended. A reader takes
+ *                   min(size, sizeof) bytes and treats the rest as zero; a writer never writes past the caller's size.
+ *   Array elements  (everything else) are frozen; their `spare` fields are zero. A new layout is a new stream id.
+ *   While the major version is 0, REEF_HEADER_HASH must match, too: any difference is refused by name.
+ */
+#ifndef REEF_SIM_H
+#define REEF_SIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* "REEFSIM\0", read as a little-endian integer. */
+#define REEF_MAGIC UINT64_C(0x004d495346454552)
+#define REEF_VERSION_MAJOR 0u
+#define REEF_VERSION_MINOR 1u
+#define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
+/* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
+#define REEF_HEADER_HASH UINT64_C(0x8b259d50aaab6487)
+
+#if defined(_WIN32)
+#define REEF_EXPORT __declspec(dllexport)
+#elif defined(__GNUC__)
+#define REEF_EXPORT __attribute__((visibility("default")))
+#else
+#define REEF_EXPORT
+#endif
+
+/* ------------------------------------------------------------------------------------------------ status values
+ * Each says in what state the instance is left. Every failure carries a message: call reef_host.set_error first. */
+#define REEF_OK 0           /* done; the outputs count */
+#define REEF_SLEEP 1        /* nothing changed since the last step: the last outputs stay, flow and actors included */
+#define REEF_DISCARD 2      /* this step is refused, the state is untouched; the last good outputs stay */
+#define REEF_ERROR (-1)     /* the instance needs reset() or load_state() */
+#define REEF_FATAL (-2)     /* the library is at fault: the host rolls it back (a caught panic, say) */
+#define REEF_UNSUPPORTED (-3)
+#define REEF_BAD_STATE (-4) /* load_state: not readable; the instance is untouched */
+#define REEF_NO_SPACE (-5)  /* a limit of the host is reached; the message names it */
+#define REEF_BAD_INPUT (-6) /* create: the configuration is wrong; the message names the JSON path */
+
+#define REEF_LOG_ERROR 1u
+#define REEF_LOG_WARN 2u
+#define REEF_LOG_INFO 3u
+#define REEF_LOG_DEBUG 4u
+
+/* Instruction sets that a plugin may use in a step (reef_step.simd_level). All give the same bytes. */
+#define REEF_SIMD_SCALAR 0u
+#define REEF_SIMD_SSE4_2 1u /* or NEON */
+#define REEF_SIMD_AVX2 2u   /* with FMA */
+#define REEF_SIMD_AVX512 3u
+
+/* ------------------------------------------------------------------------------------------------------ streams
+ * What a step emits. reserve() memory in a stream, write elements, commit() how many count. A stream that is not
+ * committed in a step that returned REEF_OK is empty in that step; a *retained* stream keeps its last commit.
+ * Elements refer to others by index into the same step's streams of the same instance. */
+#define REEF_STREAM_OBJECT 1u      /* reef_object: one anemone, plant, fish, box; what everything below belongs to */
+#define REEF_STREAM_MATERIAL 2u    /* reef_material, retained */
+#define REEF_STREAM_FIBRE 3u       /* reef_fibre: a node chain with radii */
+#define REEF_STREAM_FIBRE_NODE 4u  /* reef_fibre_node */
+#define REEF_STREAM_SKINNED 5u     /* reef_skinned: a mesh uploaded once, moved by joints or points */
+#define REEF_STREAM_JOINT 6u       /* reef_joint */
+#define REEF_STREAM_POINT 7u       /* reef_point */
+#define REEF_STREAM_BILLBOARD 8u   /* reef_billboard */
+#define REEF_STREAM_MESH 9u        /* reef_mesh_draw: vertices made anew */
+#define REEF_STREAM_MESH_VERTEX 10u /* reef_mesh_vertex */
+#define REEF_STREAM_MESH_INDEX 11u /* uint32_t, three a triangle, relative to first_vertex */
+#define REEF_STREAM_FLOW 12u       /* reef_flow: what this instance does to the water, felt in the next step */
+#define REEF_STREAM_ACTOR 13u      /* reef_actor: what others may perceive, follow, avoid, pick, in the next step */
+#define REEF_STREAM_DEBUG_LINE 14u /* reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG */
+#define REEF_STREAM_TRACE 15u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
+#define REEF_STREAM_COUNT 16u
+
+/* Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped). */
+#define REEF_FLAG_NO_BLEND 1u
+
+/* One thing in the sea. The renderer matches objects of two steps by id. 64 bytes. */
+typedef struct reef_object {
+  uint64_t id;             /* stable over steps, reloads and saves; unique within the instance; not 0 */
+  uint64_t parent;         /* id of the object that it rides on, 0: none */
+  double origin[3];        /* [m] world position that the elements' f32 positions are relative to */
+  float bounds_center[3];  /* [m] bounding sphere, relative to origin */
+  float bounds_radius;     /* [m] >= 0 */
+  uint32_t flags;          /* REEF_FLAG_* */
+  uint32_t spare;
+} reef_object;
+
+/* How a surface looks. Colours are linear RGB, 0..1. 128 bytes. */
+#define REEF_PATTERN_NONE 0u
+#define REEF_PATTERN_SPOTS 1u    /* round spots of accent */
+#define REEF_PATTERN_BANDS 2u    /* rings around the fibre */
+#define REEF_PATTERN_STRIPES 3u  /* lines along the fibre */
+#define REEF_PATTERN_BLOTCHES 4u /* irregular patches */
+typedef struct reef_material {
+  float base[4];         /* colour at the root; [3]: opacity */
+  float tip[4];          /* colour at the tip; [3]: where the tip's colour begins along the fibre, 0..1 */
+  float accent[4];       /* colour of the pattern; [3]: its share of the surface, 0..1 */
+  uint32_t pattern;      /* REEF_PATTERN_* */
+  uint32_t texture;      /* id from texture_create, 0: none */
+  float pattern_scale;   /* [1/m] for spots and blotches; rings or stripes in all for bands and stripes */
+  float pattern_softness;/* 0 hard .. 1 soft edge */
+  float translucency;    /* 0 opaque .. 1 light shines through with exp(-2 thickness/cm) */
+  float wrap;            /* 0 Lambert .. 1 light wraps round */
+  float rim;             /* strength of the rim light */
+  float glow;            /* emitted light at the tip; 0 by day */
+  float roughness;       /* 0 mirror .. 1 matt */
+  float specular;        /* reflectance at normal incidence under water: .0003 tissue, .008 rock */
+  float spare[10];
+} reef_material;
+
+/* A node chain, root first, skinned by the renderer as a generalised cylinder (the paper's §3.2). 64 bytes. */
+#define REEF_FIBRE_CAP 2u   /* flags: close the end with a disc that carries things (an anemone's mouth) */
+#define REEF_FIBRE_BLADE 4u /* flags: a flat blade; `flatness` is thickness over width */
+typedef struct reef_fibre {
+  uint32_t object;      /* index into the object stream */
+  uint32_t first_node;  /* index into the node stream */
+  uint32_t node_count;  /* >= 2 */
+  uint32_t material;    /* index into the material stream */
+  uint32_t flags;       /* REEF_FLAG_*, REEF_FIBRE_* */
+  uint32_t sides;       /* vertices of a ring at full detail, 3..64 */
+  uint32_t variation;   /* a hash: small differences of hue between neighbours */
+  float flatness;       /* 1 round; below 1 with REEF_FIBRE_BLADE */
+  float normal[3];      /* unit vector across the first segment: angle 0 of the first ring; carried along without twist */
+  float spare[5];
+} reef_fibre;
+
+typedef struct reef_fibre_node {
+  float position[3];    /* [m] relative to the object's origin */
+  float radius;         /* [m] > 0 */
+} reef_fibre_node;
+
+/* A mesh that was uploaded once (reef_host.mesh_create). 64 bytes. */
+typedef struct reef_skinned {
+  uint32_t object;
+  uint32_t mesh;        /* id from mesh_create */
+  uint32_t material;
+  uint32_t flags;
+  uint32_t first_joint; /* joints move vertices by up to four weights ... */
+  uint32_t joint_count;
+  uint32_t first_point; /* ... or points do (a fish of springs): one of the two counts is 0 */
+  uint32_t point_count;
+  uint32_t variation;
+  uint32_t spare[7];
+} reef_skinned;
+
+typedef struct reef_joint {
+  float rotation[4];    /* unit quaternion x, y, z, w */
+  float translation[3]; /* [m] relative to the object's origin */
+  float scale;
+} reef_joint;
+
+typedef struct reef_point {
+  float position[3];    /* [m] relative to the object's origin */
+  uint32_t spare;
+} reef_point;
+
+/* A sprite. 48 bytes. */
+#define REEF_BILLBOARD_FACING 2u /* flags: turned to the viewer; else it lies across `axis` */
+typedef struct reef_billboard {
+  float position[3];    /* [m] relative to the object's origin */
+  float size;           /* [m] diameter */
+  float axis[3];        /* unit normal of the sprite */
+  float opacity;        /* 0..1 */
+  uint32_t object;
+  uint32_t texture;
+  uint32_t color;       /* sRGB 0xAABBGGRR */
+  uint32_t flags;
+} reef_billboard;
+
+typedef struct reef_mesh_draw {
+  uint32_t object;
+  uint32_t material;
+  uint32_t flags;
+  uint32_t first_vertex;
+  uint32_t vertex_count;
+  uint32_t first_index;
+  uint32_t index_count;
+  uint32_t spare[5];
+} reef_mesh_draw;
+
+typedef struct reef_mesh_vertex {
+  float position[3];    /* [m] relative to the object's origin */
+  float normal[3];
+  float uv[2];
+} reef_mesh_vertex;
+
+/* One primitive of the sea's flow field. V(p) = sum of all; shelters then multiply. 128 bytes.
+ * Local kinds (Aliaga & Larboulette 2009, eq. 2-4), d = |p - C|:
+ *   source     sign * |F| / (|F|/F_max + d^2) * unit(p - C)         F < 0 is a hole
+ *   whirlwind  sign * |F| / (|F|/F_max + d^2) * unit((p - C) x R)
+ * Global kind (eq. 5):
+ *   directional  F * (1 - m + m sin(phase + k.p)) * max(0, 1 + g (y - level)) * v
+ *                constant: m = 0; sine in time: m > 0, k = 0; travelling: k > 0; growing with height: g != 0 */
+#define REEF_FLOW_SOURCE 1u
+#define REEF_FLOW_HOLE 2u       /* a source with the opposite sign */
+#define REEF_FLOW_WHIRLWIND 3u
+#define REEF_FLOW_DIRECTIONAL 4u
+#define REEF_FLOW_SHELTER 5u    /* multiplies the velocity by 1 - strength * fade(d / reach) */
+typedef struct reef_flow {
+  uint64_t owner;         /* object that emits it; an object does not feel what it emits itself. 0: the scene */
+  uint32_t kind;          /* REEF_FLOW_* */
+  uint32_t flags;
+  double position[3];     /* [m] C */
+  float axis[3];          /* R, or the direction v; unit */
+  float strength;         /* F [m^3/s] for local kinds, [m/s] for directional, 0..1 for shelter */
+  float peak;             /* F_max [m/s] > 0: the speed at the centre */
+  float core;             /* [m] >= 0: rounds the jump of direction at the centre; 0: as printed */
+  float reach;            /* [m] the field is exactly 0 beyond it; 0: unlimited */
+  float fade;             /* 0..1: share of reach from which on it fades smoothly to 0 */
+  float modulation;       /* m, 0..1 */
+  float phase;            /* [rad] reduced modulo 2 pi by who emits it */
+  float wave_vector[3];   /* k [rad/m] */
+  float gradient;         /* g [1/m] */
+  float level;            /* [m] y at which the factor of height is 1 */
+  uint32_t spare[7];
+} reef_flow;
+
+/* What others may perceive. 104 bytes. */
+typedef struct reef_actor {
+  uint64_t id;
+  uint64_t parent;
+  double position[3];   /* [m] */
+  float velocity[3];    /* [m/s] */
+  float radius;         /* [m] */
+  float forward[3];     /* unit, or zero */
+  uint32_t species;     /* FNV-1a (32 bits) of the species' name */
+  uint32_t flags;
+  uint32_t spare[7];
+} reef_actor;
+
+/* 48 bytes. */
+typedef struct reef_debug_line {
+  double from[3];       /* [m] */
+  float delta[3];       /* [m] to - from */
+  uint32_t color;       /* sRGB 0xAABBGGRR */
+  uint32_t channel;     /* groups that the panel switches, 0..31 */
+  uint32_t spare;
+} reef_debug_line;
+
+/* 48 bytes. */
+#define REEF_TRACE_FIBRE 1u
+#define REEF_TRACE_SEAWEED 2u
+#define REEF_TRACE_FISH 3u
+#define REEF_TRACE_PARTICLE 4u
+#define REEF_TRACE_JELLYFISH 5u
+typedef struct reef_trace {
+  uint64_t object;      /* number of the plant, animal or fibre in the recording, from 0 */
+  double position[3];   /* [m] */
+  float radius;         /* [m] */
+  uint32_t node;
+  uint32_t kind;        /* REEF_TRACE_* */
+  uint32_t spare;
+} reef_trace;
+
+/* ------------------------------------------------------------------------------------------------- step's input */
+
+/* The scene's camera with its nominal viewport, never the window's. 72 bytes. */
+typedef struct reef_camera {
+  double position[3];   /* [m] */
+  float rotation[4];    /* unit quaternion x, y, z, w; looks along -z, y up */
+  float fov_y;          /* [rad] */
+  float near_plane;     /* [m] */
+  float far_plane;      /* [m] */
+  uint32_t width;       /* [px] nominal */
+  uint32_t height;      /* [px] nominal */
+  uint32_t spare[3];
+} reef_camera;
+
+typedef struct reef_water {
+  float density;        /* rho [kg/m^3] */
+  float viscosity;      /* mu [Pa s], dynamic */
+  float depth;          /* h [m] > 0: the bed is at y = -h */
+  float spare[5];
+} reef_water;
+
+/* One wave train (Coulais et al. 2005, §3): eta = r sin(k (x cos(theta) + z sin(theta)) - omega t + phase). 32 bytes. */
+typedef struct reef_wave {
+  float amplitude;      /* r [m] */
+  float wave_number;    /* k [rad/m] */
+  float frequency;      /* omega [rad/s] */
+  float phase;          /* [rad] of this step: random phase - omega t, reduced modulo 2 pi in f64 by the host */
+  float direction[2];   /* cos(theta), sin(theta): along x and z */
+  float spare[2];
+} reef_wave;
+
+/* Heights y of the sea bed at origin + (column, row) * cell, bilinear between. 40 bytes. */
+typedef struct reef_heightfield {
+  const float *heights; /* rows * columns, row after row (z), column (x) fastest */
+  double origin[2];     /* [m] x, z */
+  float cell;           /* [m] */
+  uint32_t columns;
+  uint32_t rows;
+  uint32_t spare;
+} reef_heightfield;
+
+/* A capsule that nothing should enter. 48 bytes. */
+typedef struct reef_obstacle {
+  uint64_t id;
+  double from[3];       /* [m] */
+  float delta[3];       /* [m] to - from */
+  float radius;         /* [m] */
+} reef_obstacle;
+
+/* What came from outside in this step, in the journal's order. 64 bytes. */
+#define REEF_EVENT_PARAM 1u /* the parameter `param` is now `value` */
+#define REEF_EVENT_POKE 2u  /* somebody touched the sea at `point`, object: what was hit, or 0 */
+typedef struct reef_event {
+  uint32_t kind;
+  uint32_t param;       /* reef_param.id */
+  uint64_t object;
+  double value;
+  double point[3];      /* [m] */
+  uint32_t spare[4];
+} reef_event;
+
+#define REEF_STEP_TRIAL 1u  /* on the side, before a swap: outputs are checked and thrown away */
+#define REEF_STEP_TRACE 2u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
+#define REEF_STEP_DEBUG 4u  /* emit debug lines */
+typedef struct reef_step {
+  uint32_t size;
+  uint32_t flags;                      /* REEF_STEP_* */
+  uint64_t step;                       /* number of this step, from 1; 0: the state before the first */
+  double time;                         /* [s] at the end of this step */
+  double dt;                           /* [s]; 0: emit the present state, change nothing */
+  uint64_t seed;
+  uint32_t simd_level;                 /* REEF_SIMD_* */
+  uint32_t flow_count;
+  uint32_t wave_count;
+  uint32_t actor_count;
+  uint32_t obstacle_count;
+  uint32_t event_count;
+  const reef_camera *camera;
+  const reef_water *water;
+  const reef_heightfield *heightfield; /* [opt] */
+  const reef_flow *flow;               /* the scene's, then what plugins emitted in the step before, in fixed order */
+  const reef_wave *waves;              /* sorted by amplitude, greatest first */
+  const reef_actor *actors;
+  const reef_obstacle *obstacles;
+  const reef_event *events;
+} reef_step;
+
+/* ------------------------------------------------------------------------------------------------- step's output */
+typedef struct reef_output {
+  uint32_t size;
+  uint32_t spare;
+  void *ctx;
+  /* Room for `count` elements of the stream. May move what was reserved in it before: reserve before parallel_for,
+   * then write disjoint ranges. elem_size must be the sizeof of the stream's element. [step] */
+  int32_t (*reserve)(void *ctx, uint32_t stream, uint32_t elem_size, uint64_t count, void **out);
+  /* The first `count` reserved elements count. [step] */
+  int32_t (*commit)(void *ctx, uint32_t stream, uint64_t count);
+} reef_output;
+
+/* ------------------------------------------------------------------------------------------------- host services */
+typedef void (*reef_job)(void *user, uint32_t index, uint32_t worker);
+
+/* Velocities of the sea at many points (arrays of `count`). 88 bytes. */
+typedef struct reef_flow_query {
+  const float *x, *y, *z;  /* [m] relative to origin */
+  float *vx, *vy, *vz;     /* [m/s] */
+  double origin[3];        /* [m] */
+  uint64_t owner;          /* leave out what this object emits; 0: nothing */
+  uint32_t count;
+  uint32_t spare;
+} reef_flow_query;
+
+/* A mesh at rest; weights sum to 1. 72 bytes. */
+typedef struct reef_mesh {
+  const reef_mesh_vertex *vertices;
+  const uint32_t *indices;   /* three a triangle */
+  const uint32_t *influences;/* [opt] four joint or point indices a vertex */
+  const float *weights;      /* [opt] four a vertex */
+  uint32_t vertex_count;
+  uint32_t index_count;
+  uint32_t influence_count;  /* joints or points that the mesh knows */
+  uint32_t spare[5];
+  const char *name;
+} reef_mesh;
+
+#define REEF_TEXTURE_RGBA8_SRGB 1u
+#define REEF_TEXTURE_RGBA8 2u
+typedef struct reef_texture {
+  const void *texels;   /* row after row, tightly packed */
+  uint32_t format;
+  uint32_t width;
+  uint32_t height;
+  uint32_t spare[3];
+  const char *name;
+} reef_texture;
+
+typedef struct reef_host {
+  uint32_t size;
+  uint32_t version;      /* REEF_VERSION of the host */
+  void *ctx;             /* first argument of all services */
+  uint32_t worker_count; /* `worker` of a job is below this */
+  uint32_t spare;
+  /* [any] */
+  void (*log)(void *ctx, uint32_t level, const char *text, uint64_t length);
+  /* The message of the failure that is about to be returned. [any] */
+  void (*set_error)(void *ctx, const char *text, uint64_t length);
+  /* Not 0: the watchdog asks this call to return soon. [any] */
+  uint32_t (*should_stop)(void *ctx);
+  /* Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A call from a
+   * job runs inline. Which worker runs what is not defined: write only what belongs to i. [step] [job] */
+  int32_t (*parallel_for)(void *ctx, uint32_t count, reef_job job, void *user);
+  /* Memory until the end of this step; align: a power of two up to 4096. [step] */
+  int32_t (*scratch)(void *ctx, uint64_t bytes, uint64_t align, void **out);
+  /* [step] [job] */
+  int32_t (*sample_flow)(void *ctx, const reef_flow_query *query);
+  /* [control] [step]; what an instance made goes with it. 0.1: REEF_UNSUPPORTED */
+  int32_t (*mesh_create)(void *ctx, const reef_mesh *mesh, uint32_t *out_id);
+  int32_t (*mesh_destroy)(void *ctx, uint32_t id);
+  int32_t (*texture_create)(void *ctx, const reef_texture *texture, uint32_t *out_id);
+  int32_t (*texture_destroy)(void *ctx, uint32_t id);
+} reef_host;
+
+/* ------------------------------------------------------------------------------------------------------- plugins */
+#define REEF_PARAM_FLOAT 1u
+#define REEF_PARAM_INT 2u
+#define REEF_PARAM_SWITCH 3u /* 0 or 1 */
+#define REEF_PARAM_CHOICE 4u /* 0 .. choice_count - 1 */
+#define REEF_PARAM_LOG 1u    /* flags: a logarithmic slider */
+typedef struct reef_param {
+  uint32_t id;               /* stable for ever; not an index; not 0 */
+  uint32_t kind;             /* REEF_PARAM_* */
+  uint32_t flags;
+  uint32_t choice_count;
+  double minimum;
+  double maximum;
+  double default_value;
+  const char *key;           /* in scene files: lower_case_words */
+  const char *label;         /* in the panel */
+  const char *group;         /* heading in the panel */
+  const char *unit;          /* "m/s", "" */
+  const char *help;          /* one sentence */
+  const char *const *choices;/* [opt] choice_count names */
+  uint64_t spare[2];
+} reef_param;
+
+/* Where save_state writes and load_state reads. The host wraps the bytes in an envelope of plugin id, state version,
+ * length and hash; the payload is tagged fields, little-endian, without pointers. */
+typedef struct reef_writer {
+  uint32_t size;
+  uint32_t spare;
+  void *ctx;
+  int32_t (*write)(void *ctx, const void *bytes, uint64_t length);
+} reef_writer;
+
+typedef struct reef_reader {
+  uint32_t size;
+  uint32_t state_version; /* of the library that wrote the bytes */
+  void *ctx;
+  /* Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the end. */
+  uint64_t (*read)(void *ctx, void *bytes, uint64_t length);
+} reef_reader;
+
+/* Filled by create(), up to the size that the host put there. */
+typedef struct reef_instance {
+  uint32_t size;
+  uint32_t spare;
+  void *ctx;             /* first argument of all functions below */
+  /* [control] */
+  void (*destroy)(void *ctx);
+  /* Back to the state after create(), parameters included. [control] */
+  int32_t (*reset)(void *ctx);
+  /* [step] */
+  int32_t (*step)(void *ctx, const reef_step *input, const reef_output *output);
+  /* [control] */
+  int32_t (*save_state)(void *ctx, const reef_writer *writer);
+  /* All or nothing: anything but REEF_OK leaves the instance as it was. [control] */
+  int32_t (*load_state)(void *ctx, const reef_reader *reader);
+  /* The parameter's present value. Parameters change through the step's events only. [control] */
+  int32_t (*get_param)(void *ctx, uint32_t id, double *out_value);
+} reef_instance;
+
+typedef struct reef_descriptor {
+  uint32_t size;
+  uint32_t flags;
+  const char *id;            /* "reef.anemone": reverse-domain or vendor.name; stable */
+  const char *name;
+  const char *version;       /* of the plugin: "1.2.3" */
+  const char *vendor;
+  const char *description;
+  const char *config_schema; /* [opt] JSON Schema of the module's table in a scene file */
+  const reef_param *params;  /* [opt] */
+  uint32_t param_count;
+  uint32_t state_version;    /* what save_state writes */
+  uint32_t state_min_version;/* the oldest that load_state reads */
+  uint32_t spare;
+  /* config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config": {...}}.
+   * An error's message begins with the path in "config": `anemones[3].species: ...`. [control] */
+  int32_t (*create)(const reef_host *host, const char *config, uint64_t length, reef_instance *out);
+} reef_descriptor;
+
+typedef struct reef_entry {
+  uint64_t magic;            /* REEF_MAGIC */
+  uint32_t size;
+  uint32_t version;          /* REEF_VERSION */
+  uint64_t header_hash;      /* REEF_HEADER_HASH */
+  uint32_t descriptor_count; /* 1..64 */
+  uint32_t spare;
+  const reef_descriptor *const *descriptors;
+  /* Once, before anything else; `host` stays valid until close() returns. [control] */
+  int32_t (*open)(const reef_host *host);
+  /* Once, after every instance is destroyed. [control] */
+  void (*close)(void);
+} reef_entry;
+
+/* A plugin defines this symbol:
+ *   REEF_EXPORT const reef_entry reef_sim_entry = { REEF_MAGIC, sizeof(reef_entry), REEF_VERSION, ... }; */
+extern REEF_EXPORT const reef_entry reef_sim_entry;
+
+#ifdef __cplusplus
+#define REEF_ASSERT_LAYOUT(type, bytes, alignment) \
+  static_assert(sizeof(type) == bytes && alignof(type) == alignment, "layout of " #type)
+#else
+#define REEF_ASSERT_LAYOUT(type, bytes, alignment) \
+  _Static_assert(sizeof(type) == bytes && _Alignof(type) == alignment, "layout of " #type)
+#endif
+REEF_ASSERT_LAYOUT(void *, 8, 8);
+REEF_ASSERT_LAYOUT(reef_object, 64, 8);
+REEF_ASSERT_LAYOUT(reef_material, 128, 4);
+REEF_ASSERT_LAYOUT(reef_fibre, 64, 4);
+REEF_ASSERT_LAYOUT(reef_fibre_node, 16, 4);
+REEF_ASSERT_LAYOUT(reef_skinned, 64, 4);
+REEF_ASSERT_LAYOUT(reef_joint, 32, 4);
+REEF_ASSERT_LAYOUT(reef_point, 16, 4);
+REEF_ASSERT_LAYOUT(reef_billboard, 48, 4);
+REEF_ASSERT_LAYOUT(reef_mesh_draw, 48, 4);
+REEF_ASSERT_LAYOUT(reef_mesh_vertex, 32, 4);
+REEF_ASSERT_LAYOUT(reef_flow, 128, 8);
+REEF_ASSERT_LAYOUT(reef_actor, 104, 8);
+REEF_ASSERT_LAYOUT(reef_debug_line, 48, 8);
+REEF_ASSERT_LAYOUT(reef_trace, 48, 8);
+REEF_ASSERT_LAYOUT(reef_camera, 72, 8);
+REEF_ASSERT_LAYOUT(reef_water, 32, 4);
+REEF_ASSERT_LAYOUT(reef_wave, 32, 4);
+REEF_ASSERT_LAYOUT(reef_heightfield, 40, 8);
+REEF_ASSERT_LAYOUT(reef_obstacle, 48, 8);
+REEF_ASSERT_LAYOUT(reef_event, 64, 8);
+REEF_ASSERT_LAYOUT(reef_step, 128, 8);
+REEF_ASSERT_LAYOUT(reef_output, 32, 8);
+REEF_ASSERT_LAYOUT(reef_flow_query, 88, 8);
+REEF_ASSERT_LAYOUT(reef_mesh, 72, 8);
+REEF_ASSERT_LAYOUT(reef_texture, 40, 8);
+REEF_ASSERT_LAYOUT(reef_host, 104, 8);
+REEF_ASSERT_LAYOUT(reef_param, 104, 8);
+REEF_ASSERT_LAYOUT(reef_writer, 24, 8);
+REEF_ASSERT_LAYOUT(reef_reader, 24, 8);
+REEF_ASSERT_LAYOUT(reef_instance, 64, 8);
+REEF_ASSERT_LAYOUT(reef_descriptor, 88, 8);
+REEF_ASSERT_LAYOUT(reef_entry, 56, 8);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* REEF_SIM_H */
