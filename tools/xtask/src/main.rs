@@ -1,1 +1,136 @@
-fn main() {}
+//! Chores around Reef, reached as `cargo xtask NAME`: one door, nothing to install before it.
+
+mod artifacts;
+mod contract;
+mod packages;
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+};
+
+/// What went wrong, in one sentence, with the exit code that `reef` would use for it.
+#[derive(Debug)]
+struct Failure {
+    code: u8,
+    message: String,
+}
+
+impl Failure {
+    fn check(message: impl Into<String>) -> Self {
+        Self { code: 1, message: message.into() }
+    }
+
+    fn usage(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
+    }
+
+    fn machine(message: impl Into<String>) -> Self {
+        Self { code: 3, message: message.into() }
+    }
+}
+
+type Outcome = Result<(), Failure>;
+
+const HELP: &str = "\
+Chores around Reef.
+
+cargo xtask demo [SCENE] [OPTIONS]  set up, build, and show the sea: in a window, or as a picture where there is no display
+cargo xtask test                    set up, build, and pass every test, the golden pictures included
+cargo xtask lint                    formatting and clippy over the whole tree
+cargo xtask contract                write the header's hash anew after a change of reef_sim.h
+cargo xtask help                    this page";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let rest = arguments.get(1..).unwrap_or_default();
+    let outcome = match arguments.first().map(String::as_str) {
+        Some("demo") => demo(rest),
+        Some("test") => test(rest),
+        Some("lint") => lint(),
+        Some("contract") => contract::bless(&root()),
+        None | Some("help" | "--help" | "-h") => {
+            println!("{HELP}");
+            Ok(())
+        }
+        Some(other) => Err(Failure::usage(format!("there is no chore `{other}`\n\n{HELP}"))),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("xtask: {}", failure.message);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// The workspace's folder: two above this package's.
+fn root() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().and_then(Path::parent).unwrap_or(package).to_path_buf()
+}
+
+/// The cargo that runs this program.
+fn cargo() -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root());
+    command
+}
+
+/// Runs a command to its end and turns a bad exit into a failure that names it.
+fn run(command: &mut Command, what: &str) -> Outcome {
+    let status = command.status().map_err(|error| Failure::machine(format!("{what}: {error}")))?;
+    if status.success() { Ok(()) } else { Err(Failure::check(format!("{what} failed ({status})"))) }
+}
+
+/// Sets up what the demo needs, builds the program and its plugins, and shows the sea.
+fn demo(arguments: &[String]) -> Outcome {
+    let display = env::var_os("DISPLAY").is_some() || env::var_os("WAYLAND_DISPLAY").is_some();
+    let mut groups = vec!["run"];
+    if display {
+        groups.push("window");
+    }
+    packages::require(&groups)?;
+    let built = artifacts::build()?;
+    let mut reef = Command::new(&built.program);
+    reef.current_dir(root()).arg("--plugin-dir").arg(&built.plugins);
+    if display {
+        println!("Opening the sea in a window …");
+        return run(reef.args(arguments), "reef");
+    }
+    let scene = match arguments.first() {
+        Some(scene) if !scene.starts_with('-') => PathBuf::from(scene),
+        _ => root().join("assets/scenes/reef.toml"),
+    };
+    let picture = root().join("out/demo.png");
+    std::fs::create_dir_all(root().join("out"))
+        .map_err(|error| Failure::usage(format!("cannot make the folder out: {error}")))?;
+    println!("No display here: rendering the sea to a picture …");
+    reef.arg("render").arg(&scene).args(["--frames", "1", "--from", "6", "--size", "1280x720", "--out"]);
+    run(reef.arg(&picture), "reef render")?;
+    println!("The sea is in {}", picture.display());
+    Ok(())
+}
+
+/// Sets up what the tests need, then runs them all; none of them may be skipped.
+fn test(arguments: &[String]) -> Outcome {
+    packages::require(&["run", "window", "validate", "window-tests", "compilers"])?;
+    let built = artifacts::build()?;
+    if artifacts::has_component("fmt") {
+        run(cargo().args(["fmt", "--all", "--check"]), "cargo fmt --check")?;
+    }
+    run(
+        cargo().env("REEF_REQUIRE", "all").args(["test", "--workspace", "--quiet"]).args(arguments),
+        "cargo test",
+    )?;
+    let mut validate = Command::new(&built.program);
+    validate.current_dir(root()).arg("--plugin-dir").arg(&built.plugins).arg("validate");
+    run(&mut validate, "reef validate")
+}
+
+/// Formatting, and clippy without a warning.
+fn lint() -> Outcome {
+    run(cargo().args(["fmt", "--all", "--check"]), "cargo fmt --check")?;
+    run(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]), "cargo clippy")
+}

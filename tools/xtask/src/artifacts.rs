@@ -1,0 +1,89 @@
+//! The program and the plugins that belong together: always the files that cargo just named, never older ones.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Stdio,
+};
+
+use crate::{Failure, cargo, root};
+
+/// What a build left.
+pub struct Built {
+    /// The program `reef`.
+    pub program: PathBuf,
+    /// A folder with this build's plugins and nothing else.
+    pub plugins: PathBuf,
+}
+
+/// Builds the default members and gathers their plugins in one folder.
+///
+/// Cargo may leave an older copy of a dynamic library beside the program, so the files are taken from its messages.
+pub fn build() -> Result<Built, Failure> {
+    let output = cargo()
+        .args(["build", "--message-format=json-render-diagnostics"])
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| Failure::machine(format!("cargo build: {error}")))?;
+    if !output.status.success() {
+        return Err(Failure::check("cargo build failed: its messages are above"));
+    }
+    let mut program = None;
+    let mut libraries = Vec::new();
+    for line in output.stdout.split(|byte| *byte == b'\n') {
+        let Ok(message) = serde_json::from_slice::<serde_json::Value>(line) else { continue };
+        if message["reason"] != "compiler-artifact" {
+            continue;
+        }
+        let of_kind = |kind: &str| {
+            message["target"]["kind"].as_array().is_some_and(|kinds| kinds.iter().any(|k| k == kind))
+        };
+        if of_kind("bin") && message["target"]["name"] == "reef" {
+            program = message["executable"].as_str().map(PathBuf::from);
+        }
+        if of_kind("cdylib") {
+            let files = message["filenames"].as_array().into_iter().flatten();
+            libraries.extend(files.filter_map(|file| file.as_str()).map(PathBuf::from));
+        }
+    }
+    let program = program.ok_or_else(|| Failure::check("cargo build named no program `reef`"))?;
+    let beside = program.parent().map_or_else(root, Path::to_path_buf);
+    let plugins = beside.join("reef-plugins");
+    gather(&libraries, &plugins).map_err(|error| {
+        Failure::check(format!("cannot gather the plugins in {}: {error}", plugins.display()))
+    })?;
+    Ok(Built { program, plugins })
+}
+
+/// Makes `folder` hold copies of exactly these libraries; each copy is renamed into place, so a running sea never
+/// reads half a file.
+fn gather(libraries: &[PathBuf], folder: &Path) -> std::io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if !libraries.iter().any(|library| library.file_name() == path.file_name()) {
+            fs::remove_file(path)?;
+        }
+    }
+    for library in libraries {
+        let Some(name) = library.file_name() else { continue };
+        let target = folder.join(name);
+        if fs::read(&target).ok() == Some(fs::read(library)?) {
+            continue;
+        }
+        let partial = folder.join(format!("{}.partial", name.to_string_lossy()));
+        fs::copy(library, &partial)?;
+        fs::rename(&partial, &target)?;
+    }
+    Ok(())
+}
+
+/// Whether an optional part of the toolchain (`fmt`, `clippy`) is installed.
+pub fn has_component(name: &str) -> bool {
+    cargo()
+        .args([name, "--version"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
