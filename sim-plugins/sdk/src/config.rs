@@ -1,0 +1,128 @@
+//! The scene's configuration on its way into `create`.
+
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use crate::error::ConfigError;
+
+/// What the scene says to every module.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneInfo {
+    /// Name of the scene.
+    pub name: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Metres per unit of the scene's numbers.
+    pub scale: f64,
+    /// The fixed step [s].
+    pub dt: f64,
+    /// Tables of species by name, as the scene's `species` files say.
+    pub species: Map<String, Value>,
+}
+
+/// The fixed part of `"scene"`.
+#[derive(serde::Deserialize)]
+#[serde(default)]
+struct Scene {
+    name: String,
+    seed: u64,
+    scale: f64,
+    dt: f64,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self { name: String::new(), seed: 0, scale: 1.0, dt: 1.0 / 60.0 }
+    }
+}
+
+impl SceneInfo {
+    /// The table of a species as a type of the plugin's own. The error's path is `species.NAME.key`.
+    pub fn species<S: DeserializeOwned>(&self, name: &str) -> Result<S, ConfigError> {
+        let Some(table) = self.species.get(name) else {
+            let known: Vec<&str> = self.species.keys().map(String::as_str).collect();
+            let known = if known.is_empty() { "none is known".into() } else { known.join(", ") };
+            return Err(ConfigError::new("", format!("unknown species `{name}`; allowed: {known}")));
+        };
+        from_value(table.clone()).map_err(|error| error.within(&format!("species.{name}")))
+    }
+}
+
+/// Reads the JSON object `{"scene": …, "species": …, "config": …}`.
+pub(crate) fn parse<C: DeserializeOwned>(json: &[u8]) -> Result<(SceneInfo, C), ConfigError> {
+    let whole: Value = serde_json::from_slice(json)
+        .map_err(|error| ConfigError::new("", format!("the configuration is not valid JSON: {error}")))?;
+    let Value::Object(mut whole) = whole else {
+        return Err(ConfigError::new("", "the configuration must be a JSON object"));
+    };
+    let mut take = |key: &str| match whole.remove(key) {
+        None | Some(Value::Null) => Value::Object(Map::new()),
+        Some(value) => value,
+    };
+    let scene: Scene = from_value(take("scene")).map_err(|error| error.within("scene"))?;
+    let Value::Object(species) = take("species") else {
+        return Err(ConfigError::new("species", "must be a table of species"));
+    };
+    let config = from_value(take("config"))?;
+    Ok((SceneInfo { name: scene.name, seed: scene.seed, scale: scene.scale, dt: scene.dt, species }, config))
+}
+
+/// Deserialises and keeps the path to what is wrong.
+fn from_value<T: DeserializeOwned>(value: Value) -> Result<T, ConfigError> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let path = match error.path().to_string() {
+            path if path == "." => String::new(),
+            path => path,
+        };
+        ConfigError::new(path, error.into_inner().to_string())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Plant {
+        species: String,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Bed {
+        plants: Vec<Plant>,
+    }
+
+    #[test]
+    fn an_error_begins_with_the_path_in_the_config() {
+        let json = br#"{"config": {"plants": [{"species": "a"}, {"species": 7}]}}"#;
+        let error = parse::<Bed>(json).unwrap_err();
+        assert_eq!(error.path, "plants[1].species");
+        assert!(error.to_string().starts_with("plants[1].species: invalid type"), "{error}");
+        let json = br#"{"config": {"plants": [{"spezies": "a"}]}}"#;
+        assert!(parse::<Bed>(json).unwrap_err().to_string().contains("unknown field `spezies`"));
+        let error = parse::<Bed>(b"{\"config\": {}}").unwrap_err();
+        assert_eq!(error.to_string(), "missing field `plants`");
+    }
+
+    #[test]
+    fn the_scene_reaches_the_plugin_and_has_defaults() {
+        let json =
+            br#"{"scene": {"name": "x", "seed": 18446744073709551615}, "species": {"a": {"species": "b"}},
+                        "config": {"plants": []}}"#;
+        let (scene, bed) = parse::<Bed>(json).unwrap();
+        assert_eq!((scene.name.as_str(), scene.seed, scene.scale), ("x", u64::MAX, 1.0));
+        assert!(bed.plants.is_empty());
+        assert_eq!(scene.species::<Plant>("a").unwrap().species, "b");
+        assert_eq!(scene.species::<Plant>("c").unwrap_err().message, "unknown species `c`; allowed: a");
+        assert_eq!(scene.species::<Bed>("a").unwrap_err().path, "species.a.species");
+    }
+
+    #[test]
+    fn what_is_no_object_is_refused() {
+        assert!(parse::<Bed>(b"[]").unwrap_err().message.contains("JSON object"));
+        assert!(parse::<Bed>(b"{").unwrap_err().message.contains("not valid JSON"));
+        assert!(parse::<Bed>(b"").unwrap_err().message.contains("not valid JSON"));
+    }
+}
