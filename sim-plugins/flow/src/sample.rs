@@ -1,0 +1,56 @@
+//! Velocities at many points at once, for who brings no kernel of their own (reef_host.sample_flow).
+
+use fearless_simd::{Simd, f32x8, prelude::*};
+
+use crate::{Level, Packed, packed::velocity8};
+
+/// Positions [m, relative to the packed form's origin], one slice an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Points<'a> {
+    /// x [m]
+    pub x: &'a [f32],
+    /// y [m]
+    pub y: &'a [f32],
+    /// z [m]
+    pub z: &'a [f32],
+}
+
+/// Velocities [m/s], one slice an axis.
+#[derive(Debug)]
+pub struct Velocities<'a> {
+    /// x [m/s]
+    pub x: &'a mut [f32],
+    /// y [m/s]
+    pub y: &'a mut [f32],
+    /// z [m/s]
+    pub z: &'a mut [f32],
+}
+
+/// The velocity of the water at each point. Takes as many points as the shortest of the six slices has.
+pub fn sample(level: Level, packed: &Packed, points: Points<'_>, out: Velocities<'_>) {
+    crate::dispatch!(level, simd => sample_wide(simd, packed, points, out));
+}
+
+#[inline(always)]
+fn sample_wide<S: Simd>(simd: S, packed: &Packed, points: Points<'_>, out: Velocities<'_>) {
+    let lengths = [points.x.len(), points.y.len(), points.z.len(), out.x.len(), out.y.len(), out.z.len()];
+    let count = lengths.into_iter().fold(usize::MAX, usize::min);
+    let mut first = 0;
+    while first < count {
+        let end = (first + 8).min(count);
+        let lanes = |values: &[f32]| {
+            let mut eight = [0.0; 8];
+            eight[..end - first].copy_from_slice(&values[first..end]);
+            f32x8::simd_from(simd, eight)
+        };
+        let [vx, vy, vz] = velocity8(simd, packed, lanes(points.x), lanes(points.y), lanes(points.z));
+        let store = |to: &mut [f32], v: f32x8<S>| {
+            let eight: [f32; 8] = v.into();
+            to[first..end].copy_from_slice(&eight[..end - first]);
+        };
+        store(out.x, vx);
+        store(out.y, vy);
+        store(out.z, vz);
+        first = end;
+    }
+}
