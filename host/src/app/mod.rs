@@ -1,5 +1,10 @@
 //! The window: events, camera, the panel.
 
+pub mod camera;
+pub mod input;
+pub mod panel;
+pub mod pick;
+
 use std::path::PathBuf;
 
 use crate::failure::Outcome;
