@@ -148,7 +148,7 @@ fn dragging_a_slider_asks_for_values_inside_the_range() {
     for x in [10.0, 135.0] {
         actions.extend(bench.frame(&mut model, vec![Event::PointerMoved(Pos2::new(start.x + x, y))]));
     }
-    actions.extend(bench.frame(&mut model, vec![press(start, false)]));
+    actions.extend(bench.frame(&mut model, vec![press(Pos2::new(start.x + 135.0, y), false)]));
     assert!(!actions.is_empty(), "nothing was asked for");
     for action in &actions {
         let Action::SetParam { instance: 3, id: 11, value } = action else { panic!("{action:?}") };
