@@ -1,0 +1,525 @@
+//! Holds a TOML tree against a JSON Schema, so that every error carries line and column.
+//!
+//! The same code checks the host's own keys and each plugin's. What it understands of JSON Schema: `type`, `properties`,
+//! `required`, `additionalProperties`, `minimum`, `maximum`, `exclusiveMinimum`, `exclusiveMaximum`, `format` of
+//! integers, `enum`, `const`, `items`, `prefixItems`, `minItems`, `maxItems`, `minLength`, `maxLength`, `allOf`,
+//! `anyOf`, `oneOf`, `$ref` into `$defs`, and the extension `x-unit`. Anything else passes.
+
+use serde_json::Value as Json;
+
+use super::{
+    document::{Node, Path, Span, Value},
+    error::Fault,
+};
+
+/// Faults of one file that are told at once; more would hide the first.
+const MOST_FAULTS: usize = 20;
+/// References followed on the way to one value; a schema that needs more refers to itself.
+const DEEPEST_REFERENCE: usize = 32;
+
+/// What the checker leaves out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Leniency {
+    /// Missing keys are fine at the top (a species that builds on another).
+    pub missing_keys: bool,
+}
+
+/// All faults of `node`, found at `path` of its file, against `schema`, whose references lead into `root`.
+pub fn check(root: &Json, schema: &Json, node: &Node, path: &Path, leniency: Leniency) -> Vec<Fault> {
+    let mut checker = Checker { root, faults: Vec::new(), lenient_depth: None };
+    if leniency.missing_keys {
+        checker.lenient_depth = Some(path.0.len());
+    }
+    checker.value(schema, node, node.span.clone(), path, 0);
+    checker.faults.truncate(MOST_FAULTS);
+    checker.faults
+}
+
+struct Checker<'a> {
+    root: &'a Json,
+    faults: Vec<Fault>,
+    lenient_depth: Option<usize>,
+}
+
+impl<'a> Checker<'a> {
+    /// `place` is where to point for faults of the value as a whole: its key for tables, itself for all else.
+    fn value(&mut self, schema: &'a Json, node: &Node, place: Span, path: &Path, depth: usize) {
+        if depth > DEEPEST_REFERENCE {
+            return;
+        }
+        let Json::Object(rules) = schema else {
+            if schema == &Json::Bool(false) {
+                self.fault(place, path, "nothing may stand here".to_owned(), None);
+            }
+            return;
+        };
+        if let Some(target) = rules.get("$ref").and_then(Json::as_str) {
+            if let Some(target) = resolve(self.root, target) {
+                self.value(target, node, place.clone(), path, depth + 1);
+            }
+        }
+        if let Some(Json::Array(parts)) = rules.get("allOf") {
+            for part in parts {
+                self.value(part, node, place.clone(), path, depth + 1);
+            }
+        }
+        for word in ["anyOf", "oneOf"] {
+            if let Some(Json::Array(choices)) = rules.get(word) {
+                self.choice(choices, node, &place, path, depth);
+            }
+        }
+        if !self.kind(schema, node, &place, path) {
+            return;
+        }
+        self.listed(schema, node, &place, path);
+        match &node.value {
+            Value::Integer(value) => self.number(schema, *value as f64, &place, path),
+            Value::Float(value) => self.number(schema, *value, &place, path),
+            Value::String(text) => self.text(schema, text, &place, path),
+            Value::Array(elements) => self.array(schema, elements, &place, path, depth),
+            Value::Table(_) => self.table(schema, node, &place, path, depth),
+            Value::Bool(_) => {}
+        }
+    }
+
+    fn kind(&mut self, schema: &Json, node: &Node, place: &Span, path: &Path) -> bool {
+        let Some(allowed) = schema.get("type") else { return true };
+        let names: Vec<&str> = match allowed {
+            Json::String(name) => vec![name],
+            Json::Array(names) => names.iter().filter_map(Json::as_str).collect(),
+            _ => return true,
+        };
+        let fits = names.iter().any(|name| match (*name, &node.value) {
+            ("boolean", Value::Bool(_))
+            | ("integer" | "number", Value::Integer(_))
+            | ("number", Value::Float(_))
+            | ("string", Value::String(_))
+            | ("array", Value::Array(_))
+            | ("object", Value::Table(_)) => true,
+            // 2.0 where a whole number is asked for.
+            ("integer", Value::Float(_)) => false,
+            _ => false,
+        });
+        if !fits {
+            let help = match &node.value {
+                Value::Float(value) if names.contains(&"integer") && value.fract() == 0.0 => {
+                    Some(format!("write {value:.0}, without a decimal point"))
+                }
+                Value::String(text) if names.contains(&"number") && text.trim().parse::<f64>().is_ok() => {
+                    Some(format!("write {}, without quotes", text.trim()))
+                }
+                Value::Table(_) if names.contains(&"array") => {
+                    let key = path.to_string();
+                    Some(format!("a list of tables is written [[{key}]], with double brackets"))
+                }
+                _ => None,
+            };
+            let problem = format!("is {}, but must be {}", node.kind(), describe(self.root, schema));
+            self.fault(place.clone(), path, problem, help);
+        }
+        fits
+    }
+
+    fn listed(&mut self, schema: &Json, node: &Node, place: &Span, path: &Path) {
+        let allowed: Vec<&Json> = match (schema.get("enum"), schema.get("const")) {
+            (Some(Json::Array(values)), _) => values.iter().filter(|value| !value.is_null()).collect(),
+            (_, Some(value)) => vec![value],
+            _ => return,
+        };
+        let json = node.to_json();
+        if allowed.contains(&&json) {
+            return;
+        }
+        let names: Vec<&str> = allowed.iter().filter_map(|value| value.as_str()).collect();
+        let help = node.as_str().and_then(|text| nearest(text, names.iter().copied())).map(did_you_mean);
+        self.fault(place.clone(), path, format!("is {json}, but must be {}", one_of(&allowed)), help);
+    }
+
+    fn number(&mut self, schema: &Json, value: f64, place: &Span, path: &Path) {
+        if let Some(bounds) = Bounds::of(schema) {
+            if !bounds.contain(value) {
+                let problem = format!("is {value}, but must be {}", describe(self.root, schema));
+                self.fault(place.clone(), path, problem, None);
+            }
+        }
+    }
+
+    fn text(&mut self, schema: &Json, text: &str, place: &Span, path: &Path) {
+        let length = text.chars().count() as u64;
+        let least = schema.get("minLength").and_then(Json::as_u64).unwrap_or(0);
+        let most = schema.get("maxLength").and_then(Json::as_u64).unwrap_or(u64::MAX);
+        if length < least {
+            let problem = if length == 0 { "must not be empty".to_owned() } else { format!("must have at least {least} characters") };
+            self.fault(place.clone(), path, problem, None);
+        } else if length > most {
+            self.fault(place.clone(), path, format!("has {length} characters; the limit is {most}"), None);
+        }
+    }
+
+    fn array(&mut self, schema: &'a Json, elements: &[Node], place: &Span, path: &Path, depth: usize) {
+        let count = elements.len() as u64;
+        let least = schema.get("minItems").and_then(Json::as_u64).unwrap_or(0);
+        let most = schema.get("maxItems").and_then(Json::as_u64).unwrap_or(u64::MAX);
+        if count < least || count > most {
+            let problem = if least == most {
+                format!("has {count} elements, but must have {least}")
+            } else if count < least {
+                format!("has {count} elements, but must have at least {least}")
+            } else {
+                format!("has {count} elements; the limit is {most}")
+            };
+            self.fault(place.clone(), path, problem, None);
+            if count > most {
+                return;
+            }
+        }
+        let firsts = schema.get("prefixItems").and_then(Json::as_array);
+        let rest = schema.get("items");
+        for (at, element) in elements.iter().enumerate() {
+            let rule = firsts.and_then(|rules| rules.get(at)).or(rest);
+            if let Some(rule) = rule {
+                self.value(rule, element, element.span.clone(), &path.index(at), depth);
+            }
+            if self.faults.len() >= MOST_FAULTS {
+                return;
+            }
+        }
+    }
+
+    fn table(&mut self, schema: &'a Json, node: &Node, place: &Span, path: &Path, depth: usize) {
+        let known = schema.get("properties").and_then(Json::as_object);
+        for entry in node.entries() {
+            let inner = path.key(&entry.key);
+            let whole = matches!(entry.node.value, Value::Table(_));
+            let place = if whole { entry.key_span.clone() } else { entry.node.span.clone() };
+            if let Some(rule) = known.and_then(|known| known.get(&entry.key)) {
+                self.value(rule, &entry.node, place, &inner, depth);
+                continue;
+            }
+            match schema.get("additionalProperties") {
+                Some(Json::Bool(false)) => {
+                    let names: Vec<&str> = known.into_iter().flat_map(|known| known.keys().map(String::as_str)).collect();
+                    let help = nearest(&entry.key, names.iter().copied()).map(did_you_mean);
+                    let problem = if names.is_empty() {
+                        "is not known; no key is allowed here".to_owned()
+                    } else {
+                        format!("is not known; allowed here: {}", names.join(", "))
+                    };
+                    self.fault(entry.key_span.clone(), &inner, problem, help);
+                }
+                Some(rule @ Json::Object(_)) => self.value(rule, &entry.node, place, &inner, depth),
+                _ => {}
+            }
+            if self.faults.len() >= MOST_FAULTS {
+                return;
+            }
+        }
+        if self.lenient_depth == Some(path.0.len()) {
+            return;
+        }
+        for name in schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str) {
+            if node.entry(name).is_none() {
+                let rule = known.and_then(|known| known.get(name));
+                let allowed = rule.map(|rule| describe(self.root, rule)).unwrap_or_else(|| "a value".to_owned());
+                let here = if path.0.is_empty() { String::new() } else { format!(" of {path}") };
+                let problem = format!("the key `{name}`{here} is missing; it must be {allowed}");
+                self.fault(place.clone(), path, problem, None);
+            }
+        }
+    }
+
+    /// `anyOf` and `oneOf`: fine when one choice fits; else the faults of the choice that was probably meant.
+    fn choice(&mut self, choices: &'a [Json], node: &Node, place: &Span, path: &Path, depth: usize) {
+        let try_one = |choice: &'a Json| {
+            let mut inner = Checker { root: self.root, faults: Vec::new(), lenient_depth: self.lenient_depth };
+            inner.value(choice, node, place.clone(), path, depth + 1);
+            inner.faults
+        };
+        let mut attempts = Vec::new();
+        for choice in choices {
+            let faults = try_one(choice);
+            if faults.is_empty() {
+                return;
+            }
+            attempts.push((choice, faults));
+        }
+        // Tables that tell themselves apart by one key with a fixed value in each choice.
+        if let (Value::Table(_), Some((tag, values))) = (&node.value, tag_of(self.root, choices)) {
+            match node.entry(&tag) {
+                None => {
+                    let problem = format!("the key `{tag}` is missing; it must be {}", quoted(&values));
+                    self.fault(place.clone(), path, problem, None);
+                }
+                Some(entry) => {
+                    let said = entry.node.as_str().unwrap_or_default();
+                    match values.iter().position(|value| value == said) {
+                        Some(at) => {
+                            if let Some((_, faults)) = attempts.into_iter().nth(at) {
+                                self.faults.extend(faults);
+                            }
+                        }
+                        None => {
+                            let help = nearest(said, values.iter().map(String::as_str)).map(did_you_mean);
+                            let json = entry.node.to_json();
+                            let problem = format!("is {json}, but must be {}", quoted(&values));
+                            self.fault(entry.node.span.clone(), &path.key(&tag), problem, help);
+                        }
+                    }
+                }
+            }
+            return;
+        }
+        // All choices are lists of names (schemars writes an enum whose members have descriptions so).
+        let mut names = Vec::new();
+        let all_names = choices.iter().map(|choice| deref(self.root, choice)).all(|choice| {
+            if choice.get("type").and_then(Json::as_str) == Some("null") {
+                return true;
+            }
+            match (choice.get("const"), choice.get("enum")) {
+                (Some(name), _) => names.push(name),
+                (_, Some(Json::Array(more))) => names.extend(more),
+                _ => return false,
+            }
+            true
+        });
+        if all_names && !names.is_empty() {
+            let json = node.to_json();
+            let words = names.iter().filter_map(|name| name.as_str());
+            let help = node.as_str().and_then(|text| nearest(text, words)).map(did_you_mean);
+            self.fault(place.clone(), path, format!("is {json}, but must be {}", one_of(&names)), help);
+            return;
+        }
+        // Otherwise the choice of the same kind of value, if there is exactly one.
+        let mut same_kind: Vec<_> =
+            attempts.into_iter().filter(|(choice, _)| fits_kind(self.root, choice, node)).collect();
+        if same_kind.len() == 1 {
+            self.faults.extend(same_kind.remove(0).1);
+            return;
+        }
+        let kinds: Vec<String> = choices
+            .iter()
+            .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
+            .map(|choice| describe(self.root, choice))
+            .collect();
+        self.fault(place.clone(), path, format!("is {}, but must be {}", node.kind(), kinds.join(", or ")), None);
+    }
+
+    fn fault(&mut self, span: Span, path: &Path, problem: String, help: Option<String>) {
+        let fault = Fault { span, path: path.clone(), problem, help };
+        // Two branches of `allOf` may find the same thing.
+        if !self.faults.contains(&fault) {
+            self.faults.push(fault);
+        }
+    }
+}
+
+/// What `#/$defs/NAME` refers to.
+pub fn resolve<'a>(root: &'a Json, reference: &str) -> Option<&'a Json> {
+    let pointer = reference.strip_prefix('#')?;
+    if pointer.is_empty() { Some(root) } else { root.pointer(pointer) }
+}
+
+/// The schema itself behind a chain of references.
+pub fn deref<'a>(root: &'a Json, schema: &'a Json) -> &'a Json {
+    let mut schema = schema;
+    for _ in 0..DEEPEST_REFERENCE {
+        match schema.get("$ref").and_then(Json::as_str).and_then(|target| resolve(root, target)) {
+            Some(target) => schema = target,
+            None => break,
+        }
+    }
+    schema
+}
+
+/// The key whose fixed value tells the choices apart, and that value for each choice.
+pub fn tag_of(root: &Json, choices: &[Json]) -> Option<(String, Vec<String>)> {
+    let fixed = |choice: &Json, key: &str| {
+        deref(root, choice).get("properties")?.get(key)?.get("const")?.as_str().map(str::to_owned)
+    };
+    let first = deref(root, choices.first()?).get("properties")?.as_object()?;
+    first.keys().find_map(|key| {
+        let values: Option<Vec<_>> = choices.iter().map(|choice| fixed(choice, key)).collect();
+        Some((key.clone(), values?))
+    })
+}
+
+fn fits_kind(root: &Json, schema: &Json, node: &Node) -> bool {
+    let schema = deref(root, schema);
+    let wanted = match &node.value {
+        Value::Bool(_) => ["boolean", "boolean"],
+        Value::Integer(_) => ["integer", "number"],
+        Value::Float(_) => ["number", "number"],
+        Value::String(_) => ["string", "string"],
+        Value::Array(_) => ["array", "array"],
+        Value::Table(_) => ["object", "object"],
+    };
+    match schema.get("type") {
+        Some(Json::String(name)) => wanted.contains(&name.as_str()),
+        Some(Json::Array(names)) => names.iter().filter_map(Json::as_str).any(|name| wanted.contains(&name)),
+        _ => ["anyOf", "oneOf"].iter().any(|word| {
+            let choices = schema.get(*word).and_then(Json::as_array);
+            choices.is_some_and(|choices| choices.iter().any(|choice| fits_kind(root, choice, node)))
+        }),
+    }
+}
+
+/// The numbers that a schema allows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// Allowed and everything above.
+    pub minimum: Option<f64>,
+    /// Allowed and everything below.
+    pub maximum: Option<f64>,
+    /// Everything above is allowed, this is not.
+    pub above: Option<f64>,
+    /// Everything below is allowed, this is not.
+    pub below: Option<f64>,
+}
+
+impl Bounds {
+    /// The bounds that a schema names; None where it names none.
+    pub fn of(schema: &Json) -> Option<Self> {
+        let number = |key: &str| schema.get(key).and_then(Json::as_f64);
+        let format = match schema.get("format").and_then(Json::as_str) {
+            Some("uint32") => Some(f64::from(u32::MAX)),
+            Some("uint16") => Some(f64::from(u16::MAX)),
+            Some("int32") => Some(f64::from(i32::MAX)),
+            _ => None,
+        };
+        let bounds = Self {
+            minimum: number("minimum"),
+            maximum: number("maximum").or(format),
+            above: number("exclusiveMinimum"),
+            below: number("exclusiveMaximum"),
+        };
+        (bounds != Self::default()).then_some(bounds)
+    }
+
+    fn contain(&self, value: f64) -> bool {
+        self.minimum.is_none_or(|bound| value >= bound)
+            && self.maximum.is_none_or(|bound| value <= bound)
+            && self.above.is_none_or(|bound| value > bound)
+            && self.below.is_none_or(|bound| value < bound)
+    }
+
+    /// "from 0 to 1", "above 0", "at most 5".
+    pub fn words(&self) -> String {
+        match (self.minimum, self.maximum, self.above, self.below) {
+            (Some(low), Some(high), None, None) => format!("from {low} to {high}"),
+            (low, high, above, below) => {
+                let mut parts = Vec::new();
+                parts.extend(low.map(|bound| format!("at least {bound}")));
+                parts.extend(above.map(|bound| format!("above {bound}")));
+                parts.extend(high.map(|bound| format!("at most {bound}")));
+                parts.extend(below.map(|bound| format!("below {bound}")));
+                parts.join(" and ")
+            }
+        }
+    }
+}
+
+/// What a schema allows, in words: "a number from 0 to 1 [m]".
+pub fn describe(root: &Json, schema: &Json) -> String {
+    describe_at(root, schema, 0)
+}
+
+fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
+    if depth > DEEPEST_REFERENCE {
+        return "a value".to_owned();
+    }
+    let unit = schema.get("x-unit").and_then(Json::as_str).filter(|unit| !unit.is_empty());
+    let bounds = Bounds::of(schema).map(|bounds| format!(" {}", bounds.words())).unwrap_or_default();
+    let unit = unit.map(|unit| format!(" [{unit}]")).unwrap_or_default();
+    let target = deref(root, schema);
+    if let Some(Json::Array(values)) = target.get("enum") {
+        return one_of(&values.iter().filter(|value| !value.is_null()).collect::<Vec<_>>());
+    }
+    if let Some(value) = target.get("const") {
+        return value.to_string();
+    }
+    for word in ["anyOf", "oneOf"] {
+        if let Some(Json::Array(choices)) = target.get(word) {
+            let choices: Vec<&Json> = choices
+                .iter()
+                .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
+                .collect();
+            if let Some((tag, values)) = tag_of(root, &choices.iter().map(|c| (*c).clone()).collect::<Vec<_>>()) {
+                return format!("a table with `{tag}` = {}", quoted(&values));
+            }
+            let mut words: Vec<String> =
+                choices.iter().map(|choice| describe_at(root, choice, depth + 1)).collect();
+            words.dedup();
+            return format!("{}{bounds}{unit}", words.join(", or "));
+        }
+    }
+    let names: Vec<&str> = match target.get("type") {
+        Some(Json::String(name)) => vec![name],
+        Some(Json::Array(names)) => names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect(),
+        _ => Vec::new(),
+    };
+    let own_bounds = match &bounds {
+        text if text.is_empty() => Bounds::of(target).map(|b| format!(" {}", b.words())).unwrap_or_default(),
+        text => text.clone(),
+    };
+    let words: Vec<String> = names
+        .iter()
+        .map(|name| match *name {
+            "boolean" => "true or false".to_owned(),
+            "integer" => format!("a whole number{own_bounds}{unit}"),
+            "number" => format!("a number{own_bounds}{unit}"),
+            "string" => "text".to_owned(),
+            "array" => list_words(root, target, depth) + &unit,
+            "object" => "a table".to_owned(),
+            other => other.to_owned(),
+        })
+        .collect();
+    if words.is_empty() { "a value".to_owned() } else { words.join(", or ") }
+}
+
+fn list_words(root: &Json, schema: &Json, depth: usize) -> String {
+    let least = schema.get("minItems").and_then(Json::as_u64);
+    let most = schema.get("maxItems").and_then(Json::as_u64);
+    let inner = schema.get("items").map(|items| deref(root, items));
+    let numbers = inner.and_then(|inner| inner.get("type")).and_then(Json::as_str) == Some("number");
+    match (least, most) {
+        (Some(least), Some(most)) if least == most && numbers => format!("a list of {least} numbers"),
+        (Some(least), Some(most)) if least == most => format!("a list of {least}"),
+        _ => match inner {
+            Some(inner) if depth < 4 && inner.get("type").and_then(Json::as_str) != Some("object") => {
+                format!("a list, each {}", describe_at(root, inner, depth + 1))
+            }
+            Some(_) => "a list of tables".to_owned(),
+            None => "a list".to_owned(),
+        },
+    }
+}
+
+fn one_of(values: &[&Json]) -> String {
+    let words: Vec<String> = values.iter().map(|value| value.to_string()).collect();
+    match words.as_slice() {
+        [one] => one.clone(),
+        _ => format!("one of {}", words.join(", ")),
+    }
+}
+
+fn quoted(values: &[String]) -> String {
+    let words: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+    match words.as_slice() {
+        [one] => one.clone(),
+        _ => format!("one of {}", words.join(", ")),
+    }
+}
+
+/// The nearest spelling, if any is near enough to be meant.
+pub fn nearest<'a>(said: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    names
+        .map(|name| (strsim::normalized_damerau_levenshtein(&said.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(likeness, _)| *likeness >= 0.5)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// The help that names the nearest spelling.
+pub fn did_you_mean(name: &str) -> String {
+    format!("did you mean `{name}`?")
+}

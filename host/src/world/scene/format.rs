@@ -1,0 +1,657 @@
+//! The keys of a scene file: names, units, ranges, defaults. The JSON Schema, the checker, `reef scene schema` and the
+//! reference in assets/scenes are made from these types; their doc comments are what a reader of the reference sees.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value as Json};
+
+use super::keyed::Keyed;
+
+/// Most primitives that a scene may list.
+pub const MOST_FLOWS: u32 = 4096;
+/// Most obstacles that a scene may list.
+pub const MOST_OBSTACLES: u32 = 4096;
+/// Most rocks, listed and scattered.
+pub const MOST_ROCKS: u32 = 10_000;
+/// Most heights of a terrain.
+pub const MOST_HEIGHTS: u64 = 4_000_000;
+/// Most modules of a scene.
+pub const MOST_MODULES: usize = 64;
+/// Most wave trains.
+pub const MOST_WAVES: u32 = 256;
+
+/// A scene: what is in the sea, how it is lit and looked at.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneFile {
+    /// What the scene is called and how its clock runs.
+    pub scene: SceneTable,
+    /// Where the scene is looked at from.
+    pub camera: CameraTable,
+    /// The water.
+    pub water: WaterTable,
+    /// The sun above it.
+    pub light: LightTable,
+    /// The sea bed. Without this table there is no ground: open water.
+    pub terrain: Option<TerrainTable>,
+    /// What moves the water: sources, holes, whirlwinds, currents. Their velocities add up.
+    #[schemars(length(max = 4096))]
+    pub flow: Vec<FlowTable>,
+    /// Wave trains on the surface.
+    #[schemars(length(max = 256))]
+    pub wave: Vec<WaveTable>,
+    /// Capsules that nothing enters.
+    #[schemars(length(max = 4096))]
+    pub obstacle: Vec<ObstacleTable>,
+    /// What lives in the sea: one table for each module, under a name of your choice.
+    #[schemars(extend("maxProperties" = 64))]
+    pub modules: BTreeMap<String, ModuleTable>,
+    /// Species that only this scene knows, or its own version of one in assets/species. `base` names the species that a
+    /// table builds on; all other keys are the module's.
+    pub species: BTreeMap<String, Map<String, Json>>,
+}
+
+/// What the scene is called and how its clock runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneTable {
+    /// Name, as the window shows it. Without it: the file's name.
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// One or two sentences about what there is to see.
+    #[schemars(length(max = 2000))]
+    pub description: String,
+    /// Seed of everything random. The same seed gives the same sea.
+    #[schemars(range(min = 0))]
+    pub seed: u64,
+    /// Length of a simulation step.
+    #[schemars(range(min = 1e-5, max = 10.0), extend("x-unit" = "s"))]
+    pub dt: f64,
+    /// Metres per unit of length of this file. All lengths of the file are multiplied by it, strengths of sources, holes and
+    /// whirlwinds by its cube, speeds by itself: so a scene can keep the numbers of a paper that has no metres. Modules get
+    /// it, too. Colours and the water's optics are not touched.
+    #[schemars(range(min = 1e-6, max = 1e6), extend("x-unit" = "m"))]
+    pub scale: f64,
+    /// How long the scene is worth watching: what is rendered when nothing else is asked for.
+    #[schemars(range(min = 0.0, max = 86400.0), extend("x-unit" = "s"))]
+    pub duration: f64,
+    /// A plain background colour, like "#F4F4F0", in place of water and fog: for diagrams.
+    #[schemars(regex(pattern = "^#[0-9A-Fa-f]{6}$"))]
+    pub background: Option<String>,
+    /// Draw the modules' debug lines (forces, moments, axes) from the start.
+    pub debug: bool,
+}
+
+impl Default for SceneTable {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            description: String::new(),
+            seed: 1,
+            dt: 1.0 / 60.0,
+            scale: 1.0,
+            duration: 10.0,
+            background: None,
+            debug: false,
+        }
+    }
+}
+
+/// Where the scene is looked at from. Either `position` and `look_at`, each fixed or keyframed, or `orbit`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraTable {
+    /// Vertical angle of view.
+    #[schemars(range(min = 1.0, max = 170.0), extend("x-unit" = "deg"))]
+    pub fov: f64,
+    /// Width and height of the picture that modules are told about (level of detail, culling); a window of any size shows
+    /// the same sea.
+    #[schemars(inner(range(min = 1, max = 16384)), extend("x-unit" = "px"))]
+    pub viewport: [u32; 2],
+    /// The nearest thing that is drawn.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub near: f64,
+    /// The farthest thing that is drawn.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub far: f64,
+    /// The eye: a point, or keyframes.
+    #[schemars(extend("x-unit" = "m"))]
+    pub position: Keyed<[f64; 3]>,
+    /// The point in the middle of the picture: a point, or keyframes.
+    #[schemars(extend("x-unit" = "m"))]
+    pub look_at: Keyed<[f64; 3]>,
+    /// Circle around a point, in place of `position` and `look_at`.
+    pub orbit: Option<OrbitTable>,
+}
+
+impl Default for CameraTable {
+    fn default() -> Self {
+        Self {
+            fov: 55.0,
+            viewport: [1280, 720],
+            near: 0.02,
+            far: 200.0,
+            position: Keyed::Fixed([0.0, -4.2, 4.0]),
+            look_at: Keyed::Fixed([0.0, -4.6, 0.0]),
+            orbit: None,
+        }
+    }
+}
+
+/// A camera that circles around a point at constant speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct OrbitTable {
+    /// The point in the middle of the picture.
+    #[schemars(extend("x-unit" = "m"))]
+    pub center: [f64; 3],
+    /// Distance from the vertical through the centre.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub radius: f64,
+    /// Height of the eye above the centre.
+    #[schemars(extend("x-unit" = "m"))]
+    pub height: f64,
+    /// Time for one round; negative: clockwise as seen from above; 0: stands still.
+    #[schemars(extend("x-unit" = "s"))]
+    pub period: f64,
+    /// Where the round begins: 0 on the +z side, 90 on the +x side.
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub start: f64,
+}
+
+impl Default for OrbitTable {
+    fn default() -> Self {
+        Self { center: [0.0; 3], radius: 3.0, height: 0.8, period: 60.0, start: 0.0 }
+    }
+}
+
+/// The water.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WaterTable {
+    /// How water colours light: a preset, or coefficients.
+    pub optics: Optics,
+    /// Density of the water.
+    #[schemars(range(min = 1.0, max = 20000.0), extend("x-unit" = "kg/m³"))]
+    pub density: f64,
+    /// Dynamic viscosity of the water.
+    #[schemars(range(min = 1e-7, max = 1000.0), extend("x-unit" = "Pa·s"))]
+    pub viscosity: f64,
+    /// Depth: the bed lies around y = −depth, still water at y = 0.
+    #[schemars(range(max = 11000.0), extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub depth: f64,
+}
+
+impl Default for WaterTable {
+    fn default() -> Self {
+        Self { optics: Optics::Preset(OpticsPreset::Reef), density: 1025.0, viscosity: 1.08e-3, depth: 5.0 }
+    }
+}
+
+/// How water colours light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Optics {
+    /// A kind of water by name.
+    Preset(OpticsPreset),
+    /// Own coefficients.
+    Own(OpticsTable),
+}
+
+/// Kinds of water.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum OpticsPreset {
+    /// Kind to warm colours: the default.
+    #[serde(rename = "reef")]
+    Reef,
+    /// Jerlov's type IB: clear ocean.
+    IB,
+    /// Jerlov's type II: ocean.
+    II,
+    /// Jerlov's type III: green ocean.
+    III,
+    /// Jerlov's type 1C: clear coast.
+    #[serde(rename = "1C")]
+    OneC,
+}
+
+/// Own optical coefficients, red, green, blue (620, 540, 460 nm).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpticsTable {
+    /// Beam attenuation c along a view ray.
+    #[schemars(inner(range(min = 0.0, max = 100.0)), extend("x-unit" = "1/m"))]
+    pub beam: [f64; 3],
+    /// Attenuation Kd of sunlight with depth.
+    #[schemars(inner(range(min = 0.0, max = 100.0)), extend("x-unit" = "1/m"))]
+    pub downwelling: [f64; 3],
+    /// Light scattered toward the viewer at the surface (linear; white is 1).
+    #[schemars(inner(range(min = 0.0, max = 10.0)))]
+    pub scattered: [f64; 3],
+}
+
+/// The sun above the water; under water it stands steeper (index 1.33).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightTable {
+    /// Height of the sun over the horizon.
+    #[schemars(range(min = 1.0, max = 90.0), extend("x-unit" = "deg"))]
+    pub elevation: f64,
+    /// Where the sun stands: 0 on the +z side, 90 on the +x side.
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub azimuth: f64,
+    /// Direct light just below the surface (linear red, green, blue; white is 1).
+    #[schemars(inner(range(min = 0.0, max = 100.0)))]
+    pub color: [f64; 3],
+    /// Light from the whole hemisphere just below the surface (linear red, green, blue).
+    #[schemars(inner(range(min = 0.0, max = 100.0)))]
+    pub ambient: [f64; 3],
+}
+
+impl Default for LightTable {
+    fn default() -> Self {
+        Self { elevation: 62.0, azimuth: 150.0, color: [1.0, 0.97, 0.9], ambient: [0.34, 0.44, 0.5] }
+    }
+}
+
+/// The sea bed: gentle dunes from noise, with rocks half-buried in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TerrainTable {
+    /// Extent along x and z.
+    #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
+    pub size: [f64; 2],
+    /// x and z of the middle.
+    #[schemars(extend("x-unit" = "m"))]
+    pub center: [f64; 2],
+    /// Distance between two heights. Size and cell together may give 4 000 000 heights at most.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub cell: f64,
+    /// Height of the dunes over their mean, and depth below it.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub relief: f64,
+    /// Distance from dune to dune.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub relief_length: f64,
+    /// Layers of noise: each has half the length of the one before.
+    #[schemars(range(min = 1, max = 10))]
+    pub octaves: u32,
+    /// Height of each layer as a share of the one before.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub gain: f64,
+    /// Rise of the mean bed per metre along x and along z.
+    #[schemars(inner(range(min = -10.0, max = 10.0)))]
+    pub slope: [f64; 2],
+    /// Seed of dunes and rocks. Without it: the scene's.
+    #[schemars(range(min = 0))]
+    pub seed: Option<u64>,
+    /// Sand ripples, drawn on the bed (nothing feels them).
+    pub ripples: RipplesTable,
+    /// Rocks scattered by seed.
+    pub rocks: RocksTable,
+    /// Rocks one by one.
+    #[schemars(length(max = 10000))]
+    pub rock: Vec<RockTable>,
+}
+
+impl Default for TerrainTable {
+    fn default() -> Self {
+        Self {
+            size: [40.0, 40.0],
+            center: [0.0, 0.0],
+            cell: 0.125,
+            relief: 0.25,
+            relief_length: 6.0,
+            octaves: 4,
+            gain: 0.45,
+            slope: [0.0, 0.0],
+            seed: None,
+            ripples: RipplesTable::default(),
+            rocks: RocksTable::default(),
+            rock: Vec::new(),
+        }
+    }
+}
+
+/// Sand ripples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RipplesTable {
+    /// Distance from crest to crest.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub spacing: f64,
+    /// Height of a crest over its trough; 0: smooth sand.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub height: f64,
+    /// Way of the surge across the crests: 0 along +z, 90 along +x.
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub direction: f64,
+}
+
+impl Default for RipplesTable {
+    fn default() -> Self {
+        Self { spacing: 0.14, height: 0.012, direction: 70.0 }
+    }
+}
+
+/// Rocks scattered by seed, never over one another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RocksTable {
+    /// How many. Fewer where there is no room.
+    #[schemars(range(max = 10000))]
+    pub count: u32,
+    /// Smallest and greatest half width.
+    #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
+    pub size: [f64; 2],
+    /// Height as a share of the width.
+    #[schemars(range(min = 0.1, max = 3.0))]
+    pub flatness: f64,
+    /// Share of a rock's height that is below the sand.
+    #[schemars(range(min = 0.0, max = 0.95))]
+    pub buried: f64,
+    /// Radius around the terrain's middle that is kept free.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub clearing: f64,
+}
+
+impl Default for RocksTable {
+    fn default() -> Self {
+        Self { count: 0, size: [0.15, 0.7], flatness: 0.7, buried: 0.4, clearing: 1.5 }
+    }
+}
+
+/// One rock.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RockTable {
+    /// x and z. Its height follows from the ground.
+    #[schemars(extend("x-unit" = "m"))]
+    pub position: [f64; 2],
+    /// Half axes along its own x, y, z.
+    #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
+    pub half_axes: [f64; 3],
+    /// Turn about the vertical.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub yaw: f64,
+    /// Share of its height that is below the sand.
+    #[serde(default = "default_buried")]
+    #[schemars(range(min = 0.0, max = 0.95))]
+    pub buried: f64,
+}
+
+fn default_buried() -> f64 {
+    0.4
+}
+
+/// Something that moves the water.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum FlowTable {
+    /// Pushes water away from a point; with negative strength it is a hole.
+    Source(LocalFlow),
+    /// Draws water to a point.
+    Hole(LocalFlow),
+    /// Turns water about an axis.
+    Whirlwind(WhirlwindFlow),
+    /// The same current everywhere: steady, breathing in time, travelling as a wave, or growing with height.
+    Directional(DirectionalFlow),
+    /// Calms the water around a point.
+    Shelter(ShelterFlow),
+}
+
+/// A source or a hole: speed |Φ| / (|Φ|/Φ_max + d²) at the distance d.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LocalFlow {
+    /// A name for the panel.
+    #[serde(default)]
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// The centre: a point, or keyframes. With `attach`: relative to the object.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "m"))]
+    pub position: Keyed<[f64; 3]>,
+    /// Φ: a number, or keyframes. Its sign may change: a source becomes a hole.
+    #[schemars(extend("x-unit" = "m³/s"))]
+    pub strength: Keyed<f64>,
+    /// Φ_max: the speed at the centre.
+    #[serde(default = "default_peak")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m/s"))]
+    pub peak: f64,
+    /// Rounds the jump of direction at the centre; 0: as the paper prints it.
+    #[serde(default = "default_core")]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub core: f64,
+    /// The field ends here; 0: it has no end.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub reach: f64,
+    /// Share of `reach` from which on the field fades to nothing.
+    #[serde(default = "default_fade")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub fade: f64,
+    /// Moves with an object of a module.
+    #[serde(default)]
+    pub attach: Option<AttachTable>,
+}
+
+/// A whirlwind: the speed of a source, across the way to the centre and across the axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WhirlwindFlow {
+    /// A name for the panel.
+    #[serde(default)]
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// The centre: a point, or keyframes. With `attach`: relative to the object.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "m"))]
+    pub position: Keyed<[f64; 3]>,
+    /// R: the axis, of any length but zero, or keyframes.
+    #[serde(default = "default_up")]
+    pub axis: Keyed<[f64; 3]>,
+    /// Φ: a number, or keyframes. Its sign turns the whirl round.
+    #[schemars(extend("x-unit" = "m³/s"))]
+    pub strength: Keyed<f64>,
+    /// Φ_max: the speed at the centre.
+    #[serde(default = "default_peak")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m/s"))]
+    pub peak: f64,
+    /// Rounds the jump of direction at the axis; 0: as the paper prints it.
+    #[serde(default = "default_core")]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub core: f64,
+    /// The field ends here; 0: it has no end.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub reach: f64,
+    /// Share of `reach` from which on the field fades to nothing.
+    #[serde(default = "default_fade")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub fade: f64,
+    /// Moves with an object of a module.
+    #[serde(default)]
+    pub attach: Option<AttachTable>,
+}
+
+/// A current: speed · (1 − m + m sin(2π t / period + k·p)) · max(0, 1 + gradient (y − level)) along `direction`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionalFlow {
+    /// A name for the panel.
+    #[serde(default)]
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// Where the water goes, of any length but zero, or keyframes.
+    pub direction: Keyed<[f64; 3]>,
+    /// Its speed: a number, or keyframes.
+    #[schemars(extend("x-unit" = "m/s"))]
+    pub speed: Keyed<f64>,
+    /// m: 0 steady; 1 the speed swings from −1 to 1 times `speed`; between them the swing rides on a steady part.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub modulation: f64,
+    /// Time of one swing.
+    #[serde(default = "default_period")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "s"))]
+    pub period: f64,
+    /// Where the swing begins.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub phase: f64,
+    /// Length of a travelling swing; 0: the whole sea swings at once.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub wavelength: f64,
+    /// Where a travelling swing goes, of any length but zero. Without it: along `direction` at the time 0.
+    #[serde(default)]
+    pub travel: Option<[f64; 3]>,
+    /// g: growth of the speed with height; 0: none.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "1/m"))]
+    pub gradient: f64,
+    /// y at which the factor of height is 1.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "m"))]
+    pub level: f64,
+}
+
+/// Calm water: multiplies all velocities by 1 − strength at the centre, by 1 from `reach` on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShelterFlow {
+    /// A name for the panel.
+    #[serde(default)]
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// The centre: a point, or keyframes. With `attach`: relative to the object.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "m"))]
+    pub position: Keyed<[f64; 3]>,
+    /// How much of the motion is taken, 0 to 1: a number, or keyframes.
+    pub strength: Keyed<f64>,
+    /// The shelter ends here.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub reach: f64,
+    /// Share of `reach` from which on it fades to nothing.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub fade: f64,
+    /// Moves with an object of a module.
+    #[serde(default)]
+    pub attach: Option<AttachTable>,
+}
+
+fn default_peak() -> f64 {
+    1.0
+}
+
+fn default_core() -> f64 {
+    0.01
+}
+
+fn default_fade() -> f64 {
+    0.5
+}
+
+fn default_period() -> f64 {
+    6.0
+}
+
+fn default_up() -> Keyed<[f64; 3]> {
+    Keyed::Fixed([0.0, 1.0, 0.0])
+}
+
+/// An object to move with. While there is no such object, what is attached is absent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AttachTable {
+    /// Name of the module in this scene.
+    pub module: String,
+    /// Number of the object in the module (its id).
+    #[schemars(range(min = 1))]
+    pub object: u64,
+}
+
+/// A wave train on the surface: amplitude · sin(k·p − ω t + phase), ω² = g k tanh(k depth).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveTable {
+    /// Half the height from trough to crest.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
+    pub amplitude: f64,
+    /// Distance from crest to crest.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub wavelength: f64,
+    /// Where it goes: 0 along +x, 90 along +z.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub direction: f64,
+    /// Phase at the time 0. Without it: random by the scene's seed.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
+    pub phase: Option<f64>,
+}
+
+/// A capsule that nothing enters. It is felt, not drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleTable {
+    /// A name for the panel.
+    #[serde(default)]
+    #[schemars(length(max = 200))]
+    pub name: String,
+    /// One end of its axis.
+    #[schemars(extend("x-unit" = "m"))]
+    pub from: [f64; 3],
+    /// The other end; the same point makes a ball.
+    #[schemars(extend("x-unit" = "m"))]
+    pub to: [f64; 3],
+    /// Its radius.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    pub radius: f64,
+    /// Keyframes that move it as a whole, added to both ends.
+    #[serde(default)]
+    #[schemars(extend("x-unit" = "m"))]
+    pub motion: Keyed<[f64; 3]>,
+}
+
+/// A module: a plugin with its configuration. All keys but these are the plugin's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ModuleTable {
+    /// The plugin's id, as `reef plugin list` shows it: "reef.anemone".
+    #[serde(rename = "use")]
+    #[schemars(length(min = 1, max = 200))]
+    pub plugin: String,
+    /// Parameters that the panel shows, with other values than their defaults from the start.
+    #[serde(default)]
+    pub params: BTreeMap<String, ParamValue>,
+    /// The plugin's own keys.
+    #[serde(flatten)]
+    pub config: Map<String, Json>,
+}
+
+/// Value of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ParamValue {
+    /// On or off.
+    Switch(bool),
+    /// A number.
+    Number(f64),
+    /// Name of a choice.
+    Choice(String),
+}
+
+/// The JSON Schema of a scene's own keys, modules' tables left open.
+pub fn schema() -> Json {
+    let mut schema = schemars::SchemaGenerator::default().into_root_schema_for::<SceneFile>().to_value();
+    if let Some(table) = schema.as_object_mut() {
+        table.insert("title".to_owned(), "Reef scene".into());
+    }
+    schema
+}
