@@ -149,7 +149,11 @@ impl<'a> Checker<'a> {
         let least = schema.get("minLength").and_then(Json::as_u64).unwrap_or(0);
         let most = schema.get("maxLength").and_then(Json::as_u64).unwrap_or(u64::MAX);
         if length < least {
-            let problem = if length == 0 { "must not be empty".to_owned() } else { format!("must have at least {least} characters") };
+            let problem = if length == 0 {
+                "must not be empty".to_owned()
+            } else {
+                format!("must have at least {least} characters")
+            };
             self.fault(place.clone(), path, problem, None);
         } else if length > most {
             self.fault(place.clone(), path, format!("has {length} characters; the limit is {most}"), None);
@@ -188,6 +192,8 @@ impl<'a> Checker<'a> {
 
     fn table(&mut self, schema: &'a Json, node: &Node, place: &Span, path: &Path, depth: usize) {
         let known = schema.get("properties").and_then(Json::as_object);
+        // What misspelt keys were meant to be: that these are missing need not be said, too.
+        let mut meant = Vec::new();
         for entry in node.entries() {
             let inner = path.key(&entry.key);
             let whole = matches!(entry.node.value, Value::Table(_));
@@ -198,8 +204,11 @@ impl<'a> Checker<'a> {
             }
             match schema.get("additionalProperties") {
                 Some(Json::Bool(false)) => {
-                    let names: Vec<&str> = known.into_iter().flat_map(|known| known.keys().map(String::as_str)).collect();
-                    let help = nearest(&entry.key, names.iter().copied()).map(did_you_mean);
+                    let names: Vec<&str> =
+                        known.into_iter().flat_map(|known| known.keys().map(String::as_str)).collect();
+                    let near = nearest(&entry.key, names.iter().copied());
+                    meant.extend(near);
+                    let help = near.map(did_you_mean);
                     let problem = if names.is_empty() {
                         "is not known; no key is allowed here".to_owned()
                     } else {
@@ -217,10 +226,13 @@ impl<'a> Checker<'a> {
         if self.lenient_depth == Some(path.0.len()) {
             return;
         }
-        for name in schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str) {
-            if node.entry(name).is_none() {
+        for name in
+            schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str)
+        {
+            if node.entry(name).is_none() && !meant.contains(&name) {
                 let rule = known.and_then(|known| known.get(name));
-                let allowed = rule.map(|rule| describe(self.root, rule)).unwrap_or_else(|| "a value".to_owned());
+                let allowed =
+                    rule.map(|rule| describe(self.root, rule)).unwrap_or_else(|| "a value".to_owned());
                 let here = if path.0.is_empty() { String::new() } else { format!(" of {path}") };
                 let problem = format!("the key `{name}`{here} is missing; it must be {allowed}");
                 self.fault(place.clone(), path, problem, None);
@@ -231,7 +243,8 @@ impl<'a> Checker<'a> {
     /// `anyOf` and `oneOf`: fine when one choice fits; else the faults of the choice that was probably meant.
     fn choice(&mut self, choices: &'a [Json], node: &Node, place: &Span, path: &Path, depth: usize) {
         let try_one = |choice: &'a Json| {
-            let mut inner = Checker { root: self.root, faults: Vec::new(), lenient_depth: self.lenient_depth };
+            let mut inner =
+                Checker { root: self.root, faults: Vec::new(), lenient_depth: self.lenient_depth };
             inner.value(choice, node, place.clone(), path, depth + 1);
             inner.faults
         };
@@ -301,7 +314,12 @@ impl<'a> Checker<'a> {
             .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
             .map(|choice| describe(self.root, choice))
             .collect();
-        self.fault(place.clone(), path, format!("is {}, but must be {}", node.kind(), kinds.join(", or ")), None);
+        self.fault(
+            place.clone(),
+            path,
+            format!("is {}, but must be {}", node.kind(), kinds.join(", or ")),
+            None,
+        );
     }
 
     fn fault(&mut self, span: Span, path: &Path, problem: String, help: Option<String>) {
@@ -443,7 +461,9 @@ fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
                 .iter()
                 .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
                 .collect();
-            if let Some((tag, values)) = tag_of(root, &choices.iter().map(|c| (*c).clone()).collect::<Vec<_>>()) {
+            if let Some((tag, values)) =
+                tag_of(root, &choices.iter().map(|c| (*c).clone()).collect::<Vec<_>>())
+            {
                 return format!("a table with `{tag}` = {}", quoted(&values));
             }
             let mut words: Vec<String> =
@@ -454,7 +474,9 @@ fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
     }
     let names: Vec<&str> = match target.get("type") {
         Some(Json::String(name)) => vec![name],
-        Some(Json::Array(names)) => names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect(),
+        Some(Json::Array(names)) => {
+            names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect()
+        }
         _ => Vec::new(),
     };
     let own_bounds = match &bounds {
@@ -513,7 +535,9 @@ fn quoted(values: &[String]) -> String {
 /// The nearest spelling, if any is near enough to be meant.
 pub fn nearest<'a>(said: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     names
-        .map(|name| (strsim::normalized_damerau_levenshtein(&said.to_lowercase(), &name.to_lowercase()), name))
+        .map(|name| {
+            (strsim::normalized_damerau_levenshtein(&said.to_lowercase(), &name.to_lowercase()), name)
+        })
         .filter(|(likeness, _)| *likeness >= 0.5)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)

@@ -278,9 +278,10 @@ fn convert(value: &Spanned<DeValue<'_>>, path: &Path) -> Result<Node, Refused> {
             })?)
         }
         DeValue::Float(value) => {
-            let number: f64 = value.as_str().parse().map_err(|_| {
-                refused(format!("{value} is not a number"), "write it like 0.25 or 2.5e-3")
-            })?;
+            let number: f64 = value
+                .as_str()
+                .parse()
+                .map_err(|_| refused(format!("{value} is not a number"), "write it like 0.25 or 2.5e-3"))?;
             if !number.is_finite() {
                 return Err(refused(
                     format!("{value} is not a finite number"),
@@ -346,7 +347,9 @@ mod tests {
 
     #[test]
     fn numbers_that_are_none_are_refused_with_their_key() {
-        for (text, path) in [("a = nan", "a"), ("b = [1, inf]", "b[1]"), ("c = {d = -inf}", "c.d"), ("e = 1e40", "e")] {
+        for (text, path) in
+            [("a = nan", "a"), ("b = [1, inf]", "b[1]"), ("c = {d = -inf}", "c.d"), ("e = 1e40", "e")]
+        {
             assert_eq!(tree(text).unwrap_err().path.to_string(), path, "{text}");
         }
         assert!(tree("a = 1e300000").is_err() || DeTable::parse("a = 1e300000").is_err());

@@ -74,7 +74,10 @@ impl SceneError {
         Self {
             text: format!("{}:{line}:{column}:{key} {}", source.name, fault.problem),
             help: fault.help,
-            place: Some((NamedSource::new(source.name.as_ref(), source.text.clone()).with_language("TOML"), span)),
+            place: Some((
+                NamedSource::new(source.name.as_ref(), source.text.clone()).with_language("TOML"),
+                span,
+            )),
             related: Vec::new(),
         }
     }

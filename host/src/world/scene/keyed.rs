@@ -1,10 +1,8 @@
-//! A value that is fixed, or changes along keyframes.
+//! A value that is fixed, or changes along keyframes, as a scene file writes it.
 
+use reef_flow::keyframe::{self, Animate, Track, TrackError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Most keyframes of one value.
-pub const MOST_KEYS: usize = 10_000;
 
 /// A fixed value, or keyframes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -50,29 +48,9 @@ pub enum Interpolation {
     Step,
     /// Straight lines.
     Linear,
-    /// Starts and stops softly at each key.
+    /// A curve without kinks that never swings past a key and rests before the first and after the last.
     #[default]
     Smooth,
-    /// A smooth path that does not stop at the keys.
-    Spline,
-}
-
-/// What can stand between two keys.
-pub trait Blend: Copy {
-    /// `a·x + b·y`, component by component.
-    fn combine(a: f64, x: Self, b: f64, y: Self) -> Self;
-}
-
-impl Blend for f64 {
-    fn combine(a: f64, x: Self, b: f64, y: Self) -> Self {
-        a * x + b * y
-    }
-}
-
-impl Blend for [f64; 3] {
-    fn combine(a: f64, x: Self, b: f64, y: Self) -> Self {
-        [0, 1, 2].map(|i| a * x[i] + b * y[i])
-    }
 }
 
 impl<T: Default> Default for Keyed<T> {
@@ -81,15 +59,7 @@ impl<T: Default> Default for Keyed<T> {
     }
 }
 
-impl<T: Blend> Keyed<T> {
-    /// The value at a time [s].
-    pub fn at(&self, time: f64) -> T {
-        match self {
-            Self::Fixed(value) => *value,
-            Self::Keys(keys) => keys.at(time),
-        }
-    }
-
+impl<T: Animate> Keyed<T> {
     /// The same with every value changed.
     pub fn map<U>(&self, change: impl Fn(T) -> U) -> Keyed<U> {
         match self {
@@ -111,72 +81,27 @@ impl<T: Blend> Keyed<T> {
         one.into_iter().chain(many.iter().map(|key| key.value))
     }
 
-    /// The index of the first key that is not after the one before it.
-    pub fn first_out_of_order(&self) -> Option<usize> {
-        match self {
-            Self::Fixed(_) => None,
-            Self::Keys(keys) => {
-                keys.keys.windows(2).position(|pair| pair[1].time <= pair[0].time).map(|at| at + 1)
-            }
-        }
+    /// The curve through the keys.
+    pub fn track(&self) -> Result<Track<T>, TrackError> {
+        let keys = match self {
+            Self::Fixed(value) => return Ok(Track::constant(*value)),
+            Self::Keys(keys) => keys,
+        };
+        let list: Vec<_> =
+            keys.keys.iter().map(|key| keyframe::Key { time: key.time, value: key.value }).collect();
+        let length = list.last().map_or(0.0, |last| last.time - list[0].time);
+        let track = Track::new(list, keys.interpolation.into())?;
+        Ok(if keys.repeat { track.repeating(length) } else { track })
     }
 }
 
-impl<T: Blend> Keys<T> {
-    fn at(&self, time: f64) -> T {
-        let keys = &self.keys;
-        let (first, last) = (&keys[0], &keys[keys.len() - 1]);
-        let mut time = time;
-        if self.repeat && last.time > first.time && time > first.time {
-            time = first.time + (time - first.time) % (last.time - first.time);
+impl From<Interpolation> for keyframe::Interpolation {
+    fn from(interpolation: Interpolation) -> Self {
+        match interpolation {
+            Interpolation::Step => Self::Step,
+            Interpolation::Linear => Self::Linear,
+            Interpolation::Smooth => Self::Smooth,
         }
-        if time <= first.time {
-            return first.value;
-        }
-        if time >= last.time {
-            return last.value;
-        }
-        // The last key at or before the time; the checks above leave one after it.
-        let left = keys.partition_point(|key| key.time <= time) - 1;
-        let (a, b) = (&keys[left], &keys[left + 1]);
-        let span = b.time - a.time;
-        let s = (time - a.time) / span;
-        match self.interpolation {
-            Interpolation::Step => a.value,
-            Interpolation::Linear => T::combine(1.0 - s, a.value, s, b.value),
-            Interpolation::Smooth => {
-                let s = s * s * (3.0 - 2.0 * s);
-                T::combine(1.0 - s, a.value, s, b.value)
-            }
-            Interpolation::Spline => {
-                let (u, v) = (self.slope(left), self.slope(left + 1));
-                let (s2, s3) = (s * s, s * s * s);
-                let points = T::combine(2.0 * s3 - 3.0 * s2 + 1.0, a.value, 3.0 * s2 - 2.0 * s3, b.value);
-                let slopes = T::combine((s3 - 2.0 * s2 + s) * span, u, (s3 - s2) * span, v);
-                T::combine(1.0, points, 1.0, slopes)
-            }
-        }
-    }
-
-    /// Slope of the spline at a key: the parabola through the key and its neighbours; at the ends of a path that does not
-    /// repeat, the straight line to the neighbour.
-    fn slope(&self, at: usize) -> T {
-        let keys = &self.keys;
-        let last = keys.len() - 1;
-        let length = keys[last].time - keys[0].time;
-        let line = |from: &Key<T>, to: &Key<T>, dt: f64| T::combine(1.0 / dt, to.value, -1.0 / dt, from.value);
-        let (before, after) = match (at, self.repeat && last > 1) {
-            (0, true) => ((&keys[last - 1], keys[last - 1].time - length), (&keys[1], keys[1].time)),
-            (at, true) if at == last => ((&keys[last - 1], keys[last - 1].time), (&keys[1], keys[1].time + length)),
-            (0, false) => return line(&keys[0], &keys[1], keys[1].time - keys[0].time),
-            (at, false) if at == last => {
-                return line(&keys[last - 1], &keys[last], keys[last].time - keys[last - 1].time);
-            }
-            (at, _) => ((&keys[at - 1], keys[at - 1].time), (&keys[at + 1], keys[at + 1].time)),
-        };
-        let (left, right) = (keys[at].time - before.1, after.1 - keys[at].time);
-        let (down, up) = (line(before.0, &keys[at], left), line(&keys[at], after.0, right));
-        T::combine(right / (left + right), down, left / (left + right), up)
     }
 }
 
@@ -192,8 +117,8 @@ mod tests {
     #[test]
     fn every_interpolation_meets_its_keys_and_stands_outside_them() {
         use Interpolation::*;
-        for interpolation in [Step, Linear, Smooth, Spline] {
-            let curve = keys(interpolation, false, &[(1.0, 2.0), (2.0, -1.0), (4.0, 5.0)]);
+        for interpolation in [Step, Linear, Smooth] {
+            let curve = keys(interpolation, false, &[(1.0, 2.0), (2.0, -1.0), (4.0, 5.0)]).track().unwrap();
             for (time, value) in [(0.0, 2.0), (1.0, 2.0), (2.0, -1.0), (4.0, 5.0), (9.0, 5.0)] {
                 assert!((curve.at(time) - value).abs() < 1e-12, "{interpolation:?} at {time}");
             }
@@ -201,30 +126,15 @@ mod tests {
     }
 
     #[test]
-    fn a_spline_does_not_stop_at_a_key_and_does_not_break_there() {
-        let curve = keys(Interpolation::Spline, false, &[(0.0, 0.0), (1.0, 1.0), (3.0, 3.0)]);
-        for time in [0.3, 1.0, 1.7, 2.9] {
-            assert!((curve.at(time) - time).abs() < 1e-12, "a line stays a line at {time}");
-        }
-        let bent = keys(Interpolation::Spline, true, &[(0.0, 0.0), (1.0, 2.0), (2.5, -1.0), (4.0, 0.0)]);
-        for key in [1.0, 2.5, 4.0] {
-            let h = 1e-5;
-            let (left, right) = ((bent.at(key) - bent.at(key - h)) / h, (bent.at(key + h) - bent.at(key)) / h);
-            // The curve's second derivative is below 20 here: one-sided slopes differ by less than 20 h.
-            assert!((left - right).abs() < 20.0 * h, "kink at {key}: {left} and {right}");
-        }
-    }
-
-    #[test]
-    fn a_repeated_curve_comes_round() {
-        let curve = keys(Interpolation::Linear, true, &[(1.0, 0.0), (2.0, 4.0), (3.0, 0.0)]);
+    fn a_repeated_curve_comes_round_after_its_last_key() {
+        let curve = keys(Interpolation::Linear, true, &[(1.0, 0.0), (2.0, 4.0), (3.0, 0.0)]).track().unwrap();
+        assert_eq!(curve.at(1.5), 2.0);
         assert_eq!(curve.at(1.5), curve.at(5.5));
-        assert_eq!(curve.at(0.0), 0.0);
     }
 
     #[test]
-    fn keys_out_of_order_are_found() {
-        assert_eq!(keys(Interpolation::Step, false, &[(0.0, 1.0), (2.0, 1.0), (2.0, 1.0)]).first_out_of_order(), Some(2));
-        assert_eq!(keys(Interpolation::Step, false, &[(0.0, 1.0), (2.0, 1.0)]).first_out_of_order(), None);
+    fn keys_out_of_order_make_no_curve() {
+        let wrong = keys(Interpolation::Step, false, &[(0.0, 1.0), (2.0, 1.0), (2.0, 1.0)]);
+        assert_eq!(wrong.track().unwrap_err(), TrackError::Order { key: 2 });
     }
 }

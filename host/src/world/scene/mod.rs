@@ -153,7 +153,9 @@ impl Module {
         if let Some((path, problem)) = message.split_once(": ") {
             if let Some(path) = Path::parse(path.trim_start_matches("config.")) {
                 let in_species = match path.0.as_slice() {
-                    [document::Segment::Key(top), document::Segment::Key(name), rest @ ..] if top == "species" => {
+                    [document::Segment::Key(top), document::Segment::Key(name), rest @ ..]
+                        if top == "species" =>
+                    {
                         self.species.get(name).map(|species| (species, Path(rest.to_vec())))
                     }
                     _ => None,
@@ -163,13 +165,17 @@ impl Module {
                 }
                 if !path.0.is_empty() && self.node.has(&Path(path.0[..1].to_vec())) {
                     let span = self.node.locate(&path);
-                    let fault = Fault { span, path: self.key.join(&path), problem: problem.to_owned(), help: None };
+                    let fault =
+                        Fault { span, path: self.key.join(&path), problem: problem.to_owned(), help: None };
                     return SceneError::at(&self.source, fault);
                 }
             }
         }
         let problem = format!("the plugin {:?} refused: {message}", self.plugin);
-        SceneError::at(&self.source, Fault { span: self.node.span.clone(), path: self.key.clone(), problem, help: None })
+        SceneError::at(
+            &self.source,
+            Fault { span: self.node.span.clone(), path: self.key.clone(), problem, help: None },
+        )
     }
 }
 
@@ -207,7 +213,8 @@ pub fn load_text(
         name => name.to_owned(),
     };
     let mut files = vec![path.to_owned()];
-    let layers = modules.iter().flat_map(|module| module.species.values()).flat_map(|species| &species.layers);
+    let layers =
+        modules.iter().flat_map(|module| module.species.values()).flat_map(|species| &species.layers);
     files.extend(layers.filter_map(|layer| layer.file.clone()));
     files.sort();
     files.dedup();
@@ -259,7 +266,9 @@ fn module(
             continue;
         }
         let found = library.resolve(&mention)?;
-        if let Some((root, schema)) = info.config_schema.as_ref().and_then(|root| Some((root, species_schema(root)?))) {
+        if let Some((root, schema)) =
+            info.config_schema.as_ref().and_then(|root| Some((root, species_schema(root)?)))
+        {
             if let Some(error) = check_species(root, schema, &found) {
                 return Err(error);
             }
@@ -267,7 +276,16 @@ fn module(
         species.insert(mention.name, found);
     }
     let config = own.to_json();
-    Ok(Module { name: entry.key.clone(), plugin, params, config, species, source: source.clone(), node: own, key })
+    Ok(Module {
+        name: entry.key.clone(),
+        plugin,
+        params,
+        config,
+        species,
+        source: source.clone(),
+        node: own,
+        key,
+    })
 }
 
 /// What a plugin's species are made of: the schema under `x-species` of its configuration's schema.
@@ -323,9 +341,14 @@ impl ParamInfo {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
         match &self.kind {
             ParamKind::Float { minimum, maximum } => format!("a number from {minimum} to {maximum}{unit}"),
-            ParamKind::Int { minimum, maximum } => format!("a whole number from {minimum} to {maximum}{unit}"),
+            ParamKind::Int { minimum, maximum } => {
+                format!("a whole number from {minimum} to {maximum}{unit}")
+            }
             ParamKind::Switch => "true or false".to_owned(),
             ParamKind::Choice(names) => format!("one of {}", names.join(", ")),
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -50,7 +50,11 @@ impl Species {
     /// The place of a key, in the layer that sets it.
     pub fn error(&self, path: &Path, problem: String) -> SceneError {
         let layer = self.layers.iter().find(|layer| layer.node.has(path)).unwrap_or(&self.layers[0]);
-        let span = if layer.node.has(path) && !path.0.is_empty() { layer.node.locate(path) } else { layer.place.clone() };
+        let span = if layer.node.has(path) && !path.0.is_empty() {
+            layer.node.locate(path)
+        } else {
+            layer.place.clone()
+        };
         SceneError::at(&layer.source, Fault { span, path: layer.path.join(path), problem, help: None })
     }
 }
@@ -118,7 +122,10 @@ impl Library<'_> {
                 path: layer.path.key("base"),
             };
             let fault = |problem: String| {
-                SceneError::at(&layer.source, Fault { span: at.span.clone(), path: at.path.clone(), problem, help: None })
+                SceneError::at(
+                    &layer.source,
+                    Fault { span: at.span.clone(), path: at.path.clone(), problem, help: None },
+                )
             };
             if entry.node.as_str().is_none() {
                 return Err(fault(format!("is {}, but must be the name of a species", entry.node.kind())));
@@ -129,7 +136,10 @@ impl Library<'_> {
                 return Err(fault(format!("this species builds on itself: {}", chain.join(" → "))));
             }
             if chain.len() > DEEPEST_BASE {
-                let problem = format!("too many species build on one another: {}; the limit is {DEEPEST_BASE}", chain.join(" → "));
+                let problem = format!(
+                    "too many species build on one another: {}; the limit is {DEEPEST_BASE}",
+                    chain.join(" → ")
+                );
                 return Err(fault(problem));
             }
             let source = layer.source.clone();
@@ -160,7 +170,8 @@ impl Library<'_> {
             && name.len() <= LONGEST_NAME
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
         if !sound {
-            let problem = format!("{name:?} is no name of a species; allowed are letters, digits, `-` and `_`");
+            let problem =
+                format!("{name:?} is no name of a species; allowed are letters, digits, `-` and `_`");
             return Err(refuse(problem, None));
         }
         let file = self.folder.join(format!("{name}.toml"));
@@ -169,7 +180,10 @@ impl Library<'_> {
             let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
             let help = nearest(name, names.iter().map(String::as_str)).map(did_you_mean);
             let folder = self.folder.display();
-            return Err(refuse(format!("there is no species {name:?}; known here and in {folder}: {known}"), help));
+            return Err(refuse(
+                format!("there is no species {name:?}; known here and in {folder}: {known}"),
+                help,
+            ));
         }
         let source = read::read(&file, "species")?;
         let node = read::parse(&source)?;
@@ -178,7 +192,8 @@ impl Library<'_> {
 
     /// All species that can be named.
     fn names(&self) -> Vec<String> {
-        let own = self.scene.get("species").into_iter().flat_map(Node::entries).map(|entry| entry.key.clone());
+        let own =
+            self.scene.get("species").into_iter().flat_map(Node::entries).map(|entry| entry.key.clone());
         let files = std::fs::read_dir(self.folder).into_iter().flatten().filter_map(|entry| {
             let name = entry.ok()?.file_name().into_string().ok()?;
             name.strip_suffix(".toml").map(str::to_owned)
@@ -203,10 +218,14 @@ pub fn check_species(root: &Json, schema: &Json, species: &Species) -> Option<Sc
             return Some(error);
         }
     }
-    let required = schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str);
+    let required =
+        schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str);
     for key in required {
         if !species.table.contains_key(key) {
-            let problem = format!("the species {:?} lacks the key `{key}`, and so does all that it builds on", species.name);
+            let problem = format!(
+                "the species {:?} lacks the key `{key}`, and so does all that it builds on",
+                species.name
+            );
             return Some(species.error(&Path::default(), problem));
         }
     }

@@ -1,11 +1,13 @@
 //! What only makes sense when a scene is looked at as a whole: order of keyframes, directions, sizes, names.
 
+use reef_flow::keyframe::{Animate, TrackError};
+
 use super::{
     check::{did_you_mean, nearest},
     document::{Node, Path},
     error::Fault,
     format::{FlowTable, MOST_HEIGHTS, MOST_MODULES, MOST_ROCKS, SceneFile},
-    keyed::{Blend, Keyed, MOST_KEYS},
+    keyed::Keyed,
 };
 
 /// All such faults of a file.
@@ -29,7 +31,12 @@ struct Whole<'a> {
 
 impl Whole<'_> {
     fn fault(&mut self, path: &Path, problem: impl Into<String>, help: Option<String>) {
-        self.faults.push(Fault { span: self.node.locate(path), path: path.clone(), problem: problem.into(), help });
+        self.faults.push(Fault {
+            span: self.node.locate(path),
+            path: path.clone(),
+            problem: problem.into(),
+            help,
+        });
     }
 
     fn scene(&mut self, file: &SceneFile) {
@@ -52,9 +59,15 @@ impl Whole<'_> {
         }
         let has = |key: &str| self.node.has(&path.key(key));
         if camera.orbit.is_some() && (has("position") || has("look_at")) {
-            self.fault(&path.key("orbit"), "takes the place of `position` and `look_at`: write one or the other", None);
+            self.fault(
+                &path.key("orbit"),
+                "takes the place of `position` and `look_at`: write one or the other",
+                None,
+            );
         }
-        if let (None, Keyed::Fixed(eye), Keyed::Fixed(target)) = (&camera.orbit, &camera.position, &camera.look_at) {
+        if let (None, Keyed::Fixed(eye), Keyed::Fixed(target)) =
+            (&camera.orbit, &camera.position, &camera.look_at)
+        {
             if eye == target {
                 self.fault(&path.key("look_at"), "must not be the camera's own position", None);
             }
@@ -66,11 +79,16 @@ impl Whole<'_> {
         let path = Path::default().key("terrain");
         let heights = terrain.size.iter().map(|size| (size / terrain.cell).ceil() + 1.0).product::<f64>();
         if heights > MOST_HEIGHTS as f64 {
-            let problem = format!("`size` and `cell` together give {heights:.3e} heights; the limit is {MOST_HEIGHTS}");
+            let problem =
+                format!("`size` and `cell` together give {heights:.3e} heights; the limit is {MOST_HEIGHTS}");
             self.fault(&path, problem, Some("make `cell` larger or `size` smaller".to_owned()));
         }
         if terrain.rocks.count as usize + terrain.rock.len() > MOST_ROCKS as usize {
-            self.fault(&path.key("rocks"), format!("with the listed ones too many rocks; the limit is {MOST_ROCKS}"), None);
+            self.fault(
+                &path.key("rocks"),
+                format!("with the listed ones too many rocks; the limit is {MOST_ROCKS}"),
+                None,
+            );
         }
         let [small, great] = terrain.rocks.size;
         if small > great {
@@ -108,7 +126,11 @@ impl Whole<'_> {
                     self.keys(&flow.position, &path.key("position"));
                     self.keys(&flow.strength, &path.key("strength"));
                     if flow.strength.values().any(|value| !(0.0..=1.0).contains(&value)) {
-                        self.fault(&path.key("strength"), "must be a number from 0 to 1 (at every key)", None);
+                        self.fault(
+                            &path.key("strength"),
+                            "must be a number from 0 to 1 (at every key)",
+                            None,
+                        );
                     }
                     &flow.attach
                 }
@@ -118,7 +140,8 @@ impl Whole<'_> {
                     let names: Vec<&str> = file.modules.keys().map(String::as_str).collect();
                     let help = nearest(&attach.module, names.iter().copied()).map(did_you_mean);
                     let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-                    let problem = format!("there is no module {:?} in this scene; there are: {known}", attach.module);
+                    let problem =
+                        format!("there is no module {:?} in this scene; there are: {known}", attach.module);
                     self.fault(&path.key("attach").key("module"), problem, help);
                 }
             }
@@ -142,16 +165,14 @@ impl Whole<'_> {
         }
     }
 
-    fn keys<T: Blend>(&mut self, value: &Keyed<T>, path: &Path) {
-        if let Keyed::Keys(keys) = value {
-            if keys.keys.len() > MOST_KEYS {
-                let problem = format!("has {} keyframes; the limit is {MOST_KEYS}", keys.keys.len());
-                self.fault(&path.key("keys"), problem, None);
+    fn keys<T: Animate>(&mut self, value: &Keyed<T>, path: &Path) {
+        match value.track() {
+            Ok(_) => {}
+            Err(TrackError::Empty) => self.fault(&path.key("keys"), "must have at least one key", None),
+            Err(TrackError::Order { key }) => {
+                let path = path.key("keys").index(key).key("time");
+                self.fault(&path, "must be after the time of the key before it", None);
             }
-        }
-        if let Some(at) = value.first_out_of_order() {
-            let path = path.key("keys").index(at).key("time");
-            self.fault(&path, "must be after the time of the key before it", None);
         }
     }
 
