@@ -62,6 +62,7 @@ enum Command {
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    crate::log::init();
     let common = &cli.common;
     let outcome = match &cli.command {
         None => app::run(common, &cli.window),

@@ -9,6 +9,7 @@ pub mod cli;
 pub mod failure;
 pub mod gpu;
 pub mod headless;
+pub mod log;
 pub mod plugin;
 pub mod render;
 pub mod world;

@@ -2,8 +2,10 @@
 
 pub mod camera;
 pub mod input;
+mod overlay;
 pub mod panel;
 pub mod pick;
+mod screenshot;
 
 use std::path::PathBuf;
 

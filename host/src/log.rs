@@ -1,0 +1,100 @@
+//! What the program tells while it runs: to standard error, and to the window's panel.
+
+use std::{
+    collections::VecDeque,
+    fmt::Write as _,
+    sync::{Mutex, PoisonError},
+};
+
+use tracing::{Level, field::Visit};
+use tracing_subscriber::{EnvFilter, Layer, layer::Context, layer::SubscriberExt, util::SubscriberInitExt};
+
+/// How many lines wait for the panel at most; the oldest go first.
+const KEPT: usize = 200;
+
+static WAITING: Mutex<VecDeque<Line>> = Mutex::new(VecDeque::new());
+
+/// One thing that was told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// How grave.
+    pub level: Level,
+    /// In words.
+    pub text: String,
+}
+
+/// Begins to listen: warnings and errors go to standard error (the variable `REEF_LOG` asks for more or less, in
+/// `tracing`'s notation), Reef's own news to the panel. Later calls change nothing.
+pub fn init() {
+    let filter = EnvFilter::try_from_env("REEF_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    let stderr =
+        tracing_subscriber::fmt::layer().with_writer(std::io::stderr).without_time().with_target(false);
+    // A second subscriber in one process is a test's own affair.
+    let _ = tracing_subscriber::registry().with(stderr.with_filter(filter)).with(ForPanel).try_init();
+}
+
+/// Takes what was told since the last call, oldest first.
+pub fn take() -> Vec<Line> {
+    WAITING.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect()
+}
+
+struct ForPanel;
+
+impl<S: tracing::Subscriber> Layer<S> for ForPanel {
+    fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
+        let (level, target) = (*event.metadata().level(), event.metadata().target());
+        let ours = target == "reef" || target.starts_with("reef::");
+        if level > Level::INFO || (!ours && level > Level::WARN) {
+            return;
+        }
+        let mut text = Text::default();
+        event.record(&mut text);
+        keep(Line { level, text: text.0 });
+    }
+}
+
+fn keep(line: Line) {
+    let mut waiting = WAITING.lock().unwrap_or_else(PoisonError::into_inner);
+    if waiting.len() == KEPT {
+        waiting.pop_front();
+    }
+    waiting.push_back(line);
+}
+
+#[derive(Default)]
+struct Text(String);
+
+impl Visit for Text {
+    fn record_debug(&mut self, field: &tracing::field::Field, value: &dyn std::fmt::Debug) {
+        // Writing to a String does not fail.
+        let _ = match field.name() {
+            "message" => write!(self.0, "{value:?}"),
+            name => write!(self.0, " {name}={value:?}"),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_panel_hears_news_and_faults_but_no_chatter() {
+        take();
+        let subscriber = tracing_subscriber::registry().with(ForPanel);
+        tracing::subscriber::with_default(subscriber, || {
+            tracing::error!(target: "reef::test", "broken {}", 7);
+            tracing::info!(target: "reef::test", count = 3, "loaded");
+            tracing::debug!(target: "reef::test", "chatter");
+            tracing::info!(target: "winit", "chatter of others");
+            tracing::warn!(target: "winit", "trouble of others");
+        });
+        let told: Vec<_> = take().into_iter().map(|line| (line.level, line.text)).collect();
+        for (level, text) in
+            [(Level::ERROR, "broken 7"), (Level::INFO, "loaded count=3"), (Level::WARN, "trouble of others")]
+        {
+            assert!(told.contains(&(level, text.to_owned())), "{told:?}");
+        }
+        assert!(!told.iter().any(|(_, text)| text.contains("chatter")), "{told:?}");
+    }
+}
