@@ -153,7 +153,15 @@ mod tests {
     fn slope() -> Terrain {
         // y = -5 + x / 2 on an 8 m square.
         let heights = (0..9).flat_map(|_| (0..9).map(|column| -5.0 + column as f32 * 0.5)).collect();
-        Terrain { origin: [0.0, 0.0], cell: 1.0, columns: 9, rows: 9, heights, rocks: Vec::new() }
+        Terrain {
+            origin: [0.0, 0.0],
+            cell: 1.0,
+            columns: 9,
+            rows: 9,
+            heights,
+            rocks: Vec::new(),
+            ripples: Default::default(),
+        }
     }
 
     #[test]

@@ -55,6 +55,25 @@ pub struct Terrain {
     pub heights: Vec<f32>,
     /// Boulders, already settled into the ground.
     pub rocks: Vec<Rock>,
+    /// Sand ripples, for the eye only.
+    pub ripples: Ripples,
+}
+
+/// Sand ripples on the bed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripples {
+    /// From crest to crest [m].
+    pub spacing: f32,
+    /// Of a crest over its trough [m]; 0: smooth sand.
+    pub height: f32,
+    /// Way of the surge across the crests [rad]: 0 along +z, π/2 along +x.
+    pub direction: f32,
+}
+
+impl Default for Ripples {
+    fn default() -> Self {
+        Self { spacing: 0.14, height: 0.012, direction: 1.2 }
+    }
 }
 
 /// The still part of a scene, as the renderer sees it.

@@ -478,7 +478,7 @@ pub struct WhirlwindFlow {
     pub attach: Option<AttachTable>,
 }
 
-/// A current: speed · (1 − m + m sin(2π t / period + k·p)) · max(0, 1 + gradient (y − level)) along `direction`.
+/// A current: speed · (1 − m + m sin(2π t / period + phase − k·p)) · max(0, 1 + gradient (y − level)) along `direction`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DirectionalFlow {

@@ -252,7 +252,7 @@ fn each_wrong_key_or_value_gives_one_error_with_its_place_and_what_is_allowed() 
         (
             "[terrain.rocks]\ncount = 20000\n",
             "scene.toml:2:9: terrain.rocks.count: is 20000, but must be a whole number",
-            "at most 10000",
+            "from 0 to 10000",
         ),
         ("[modules.a]\n", "scene.toml:1:10: modules.a: the key `use` of modules.a is missing", "text"),
         (
