@@ -1,4 +1,34 @@
 //! The host's side of the contract: finding, checking and loading libraries, calling them on threads of their own, and
 //! taking over what they emit.
+//!
+//! In the order in which things happen: [`inspect`] reads a file without running it; [`library`] opens it on the
+//! threads of its [`generation`]; [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
+//! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`check`] has looked at;
+//! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused.
+//!
+//! `unsafe` lives here (and in `gpu`): in `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
+//! and the two functions of `recorder` that a plugin calls.
 
+pub mod check;
+pub mod envelope;
+mod error;
+pub mod generation;
+pub mod info;
+pub mod input;
+pub mod inspect;
+pub mod instance;
+pub mod library;
+mod marker;
+mod pool;
+mod recorder;
+pub mod registry;
+mod scratch;
+mod services;
 pub mod streams;
+
+pub use error::{PluginError, Refusal};
+pub use info::{ParamInfo, ParamKind, PluginInfo};
+pub use input::{Heightfield, StepInput};
+pub use instance::{Health, Instance, StepReport, StepStatus};
+pub use library::{Library, Plugin};
+pub use registry::{Refused, Registry};

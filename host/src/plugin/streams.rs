@@ -1,6 +1,6 @@
 //! What one instance emitted in one step, validated and owned by the host.
 
-use std::sync::Arc;
+use std::{collections::TryReserveError, ffi::c_void, sync::Arc};
 
 use reef_abi as abi;
 
@@ -24,4 +24,78 @@ pub struct Outputs {
     pub debug_lines: Vec<abi::DebugLine>,
     /// Only when asked for.
     pub trace: Vec<abi::Trace>,
+}
+
+/// Most elements that one instance may emit in one step.
+pub mod limit {
+    /// Objects.
+    pub const OBJECTS: u64 = 1 << 20;
+    /// Materials.
+    pub const MATERIALS: u64 = 1 << 12;
+    /// Fibres.
+    pub const FIBRES: u64 = 1 << 20;
+    /// Nodes of all fibres.
+    pub const FIBRE_NODES: u64 = 1 << 24;
+    /// Flow primitives: everything in the sea pays for them.
+    pub const FLOWS: u64 = 1 << 14;
+    /// Actors.
+    pub const ACTORS: u64 = 1 << 18;
+    /// Debug lines.
+    pub const DEBUG_LINES: u64 = 1 << 20;
+    /// Trace points.
+    pub const TRACES: u64 = 1 << 24;
+}
+
+/// Name of a stream, for messages.
+pub fn stream_name(stream: u32) -> &'static str {
+    match stream {
+        abi::STREAM_OBJECT => "object",
+        abi::STREAM_MATERIAL => "material",
+        abi::STREAM_FIBRE => "fibre",
+        abi::STREAM_FIBRE_NODE => "fibre node",
+        abi::STREAM_SKINNED => "skinned",
+        abi::STREAM_JOINT => "joint",
+        abi::STREAM_POINT => "point",
+        abi::STREAM_BILLBOARD => "billboard",
+        abi::STREAM_MESH => "mesh",
+        abi::STREAM_MESH_VERTEX => "mesh vertex",
+        abi::STREAM_MESH_INDEX => "mesh index",
+        abi::STREAM_FLOW => "flow",
+        abi::STREAM_ACTOR => "actor",
+        abi::STREAM_DEBUG_LINE => "debug line",
+        abi::STREAM_TRACE => "trace",
+        _ => "unknown",
+    }
+}
+
+/// One stream's memory, whatever its element.
+pub(crate) trait Lane {
+    /// Bytes of an element.
+    fn element_size(&self) -> usize;
+    /// Makes room for `count` elements. Elements that were there keep their content; new ones are zero.
+    fn resize(&mut self, count: usize) -> Result<(), TryReserveError>;
+    /// Where the elements are.
+    fn start(&mut self) -> *mut c_void;
+    /// Keeps the first `count`.
+    fn truncate(&mut self, count: usize);
+}
+
+impl<T: bytemuck::Pod> Lane for Vec<T> {
+    fn element_size(&self) -> usize {
+        size_of::<T>()
+    }
+
+    fn resize(&mut self, count: usize) -> Result<(), TryReserveError> {
+        self.try_reserve(count.saturating_sub(self.len()))?;
+        Vec::resize(self, count, T::zeroed());
+        Ok(())
+    }
+
+    fn start(&mut self) -> *mut c_void {
+        self.as_mut_ptr().cast()
+    }
+
+    fn truncate(&mut self, count: usize) {
+        Vec::truncate(self, count);
+    }
 }

@@ -1,0 +1,349 @@
+//! Looks at everything that a step emitted before the host uses any of it. A message names stream, index and field.
+
+use std::fmt::Display;
+
+use reef_abi as abi;
+
+use super::streams::Outputs;
+
+/// Farthest that anything may be from the origin of the world [m].
+pub const FARTHEST: f64 = 1e6;
+/// Farthest that an element may be from its object's origin [m].
+pub const FARTHEST_LOCAL: f32 = 1e5;
+/// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation (1e-7), and room
+/// for a vector that was carried along many segments.
+const UNIT_TOLERANCE: f32 = 1e-3;
+
+/// Reusable memory of the checks.
+#[derive(Debug, Default)]
+pub(crate) struct Checker {
+    ids: Vec<u64>,
+}
+
+/// What is wrong with one element.
+struct Fault {
+    field: &'static str,
+    problem: String,
+}
+
+type Checked = Result<(), Fault>;
+
+fn fault(field: &'static str, problem: impl Into<String>) -> Checked {
+    Err(Fault { field, problem: problem.into() })
+}
+
+fn finite<const N: usize, T: Copy + Display + Into<f64>>(field: &'static str, values: [T; N]) -> Checked {
+    match values.into_iter().find(|v| !(*v).into().is_finite()) {
+        Some(value) => fault(field, format!("is {value}")),
+        None => Ok(()),
+    }
+}
+
+fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    fault(field, format!("is {value}, allowed is {low} to {high}"))
+}
+
+fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
+    if value.is_finite() && value >= low {
+        return Ok(());
+    }
+    fault(field, format!("is {value}, allowed is {low} and more"))
+}
+
+fn above(field: &'static str, value: f32, low: f32) -> Checked {
+    if value.is_finite() && value > low {
+        return Ok(());
+    }
+    fault(field, format!("is {value}, allowed is above {low}"))
+}
+
+fn world(field: &'static str, position: [f64; 3]) -> Checked {
+    match position.into_iter().find(|v| !v.is_finite() || v.abs() > FARTHEST) {
+        Some(value) => fault(field, format!("is {value}, allowed is within {FARTHEST} m")),
+        None => Ok(()),
+    }
+}
+
+fn unit(field: &'static str, v: [f32; 3]) -> Checked {
+    let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (squared - 1.0).abs() <= UNIT_TOLERANCE {
+        return Ok(());
+    }
+    fault(field, format!("is ({}, {}, {}), which is no unit vector", v[0], v[1], v[2]))
+}
+
+fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
+    if (value as usize) < count {
+        return Ok(());
+    }
+    fault(field, format!("is {value}, there are {count} {of}"))
+}
+
+fn flags(value: u32, known: u32) -> Checked {
+    match value & !known {
+        0 => Ok(()),
+        unknown => fault("flags", format!("has unknown bits {unknown:#x}")),
+    }
+}
+
+/// Checks each element of a stream; the message names the first that is wrong.
+fn each<T>(stream: &str, elements: &[T], check: impl Fn(&T) -> Checked) -> Result<(), String> {
+    for (i, element) in elements.iter().enumerate() {
+        if let Err(Fault { field, problem }) = check(element) {
+            return Err(format!("stream {stream}, element {i}: {field} {problem}"));
+        }
+    }
+    Ok(())
+}
+
+impl Checker {
+    /// Checks all streams, each against those that it refers to.
+    pub(crate) fn check(&mut self, outputs: &Outputs) -> Result<(), String> {
+        let objects = outputs.objects.len();
+        each("object", &outputs.objects, object)?;
+        self.unique("object", outputs.objects.iter().map(|o| o.id))?;
+        each("material", &outputs.materials, material)?;
+        nodes(&outputs.fibre_nodes)?;
+        each("fibre", &outputs.fibres, |f| {
+            fibre(f, objects, outputs.materials.len(), outputs.fibre_nodes.len())
+        })?;
+        each("flow", &outputs.flows, flow)?;
+        each("actor", &outputs.actors, actor)?;
+        self.unique("actor", outputs.actors.iter().map(|a| a.id))?;
+        each("debug line", &outputs.debug_lines, |line| {
+            world("from", line.from)?;
+            finite("delta", line.delta)?;
+            index("channel", line.channel, 32, "channels")
+        })?;
+        each("trace", &outputs.trace, |trace| {
+            world("position", trace.position)?;
+            at_least("radius", trace.radius, 0.0)?;
+            match trace.kind {
+                abi::TRACE_FIBRE..=abi::TRACE_JELLYFISH => Ok(()),
+                kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
+            }
+        })
+    }
+
+    fn unique(&mut self, stream: &str, ids: impl Iterator<Item = u64>) -> Result<(), String> {
+        self.ids.clear();
+        self.ids.extend(ids);
+        self.ids.sort_unstable();
+        match self.ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(format!("stream {stream}: two elements have the id {}", pair[0])),
+            None => Ok(()),
+        }
+    }
+}
+
+fn object(object: &abi::Object) -> Checked {
+    if object.id == 0 {
+        return fault("id", "is 0");
+    }
+    world("origin", object.origin)?;
+    finite("bounds_center", object.bounds_center)?;
+    at_least("bounds_radius", object.bounds_radius, 0.0)?;
+    flags(object.flags, abi::FLAG_NO_BLEND)
+}
+
+fn material(material: &abi::Material) -> Checked {
+    for (field, color) in [("base", material.base), ("tip", material.tip), ("accent", material.accent)] {
+        color.into_iter().try_for_each(|value| within(field, value, 0.0, 1.0))?;
+    }
+    if material.pattern > abi::PATTERN_BLOTCHES {
+        return fault("pattern", format!("is {}, allowed is 0 to 4", material.pattern));
+    }
+    if material.texture != 0 {
+        return fault("texture", format!("is {}, which this host did not hand out", material.texture));
+    }
+    at_least("pattern_scale", material.pattern_scale, 0.0)?;
+    within("pattern_softness", material.pattern_softness, 0.0, 1.0)?;
+    within("translucency", material.translucency, 0.0, 1.0)?;
+    within("wrap", material.wrap, 0.0, 1.0)?;
+    at_least("rim", material.rim, 0.0)?;
+    at_least("glow", material.glow, 0.0)?;
+    within("roughness", material.roughness, 0.0, 1.0)?;
+    within("specular", material.specular, 0.0, 1.0)
+}
+
+/// Nodes are many: one pass without branches, and a second one only to find what is wrong.
+fn nodes(nodes: &[abi::FibreNode]) -> Result<(), String> {
+    let good = |node: &abi::FibreNode| {
+        let [x, y, z] = node.position;
+        // NaN fails every comparison.
+        (x.abs() <= FARTHEST_LOCAL)
+            & (y.abs() <= FARTHEST_LOCAL)
+            & (z.abs() <= FARTHEST_LOCAL)
+            & (node.radius > 0.0)
+            & (node.radius <= FARTHEST_LOCAL)
+    };
+    if nodes.iter().fold(true, |all, node| all & good(node)) {
+        return Ok(());
+    }
+    each("fibre node", nodes, |node| {
+        for value in node.position {
+            within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+        }
+        above("radius", node.radius, 0.0)?;
+        within("radius", node.radius, 0.0, FARTHEST_LOCAL)
+    })
+}
+
+fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> Checked {
+    index("object", fibre.object, objects, "objects")?;
+    index("material", fibre.material, materials, "materials")?;
+    if fibre.node_count < 2 {
+        return fault("node_count", format!("is {}, allowed is 2 and more", fibre.node_count));
+    }
+    let end = u64::from(fibre.first_node) + u64::from(fibre.node_count);
+    if end > nodes as u64 {
+        return fault("first_node", format!("and node_count end at {end}, there are {nodes} nodes"));
+    }
+    flags(fibre.flags, abi::FLAG_NO_BLEND | abi::FIBRE_CAP | abi::FIBRE_BLADE)?;
+    if !(3..=64).contains(&fibre.sides) {
+        return fault("sides", format!("is {}, allowed is 3 to 64", fibre.sides));
+    }
+    above("flatness", fibre.flatness, 0.0)?;
+    within("flatness", fibre.flatness, 0.0, 1.0)?;
+    unit("normal", fibre.normal)
+}
+
+fn flow(flow: &abi::Flow) -> Checked {
+    world("position", flow.position)?;
+    finite("strength", [flow.strength])?;
+    at_least("core", flow.core, 0.0)?;
+    at_least("reach", flow.reach, 0.0)?;
+    within("fade", flow.fade, 0.0, 1.0)?;
+    within("modulation", flow.modulation, 0.0, 1.0)?;
+    finite("phase", [flow.phase])?;
+    finite("wave_vector", flow.wave_vector)?;
+    finite("gradient", [flow.gradient])?;
+    finite("level", [flow.level])?;
+    finite("axis", flow.axis)?;
+    match flow.kind {
+        abi::FLOW_SOURCE | abi::FLOW_HOLE => above("peak", flow.peak, 0.0),
+        abi::FLOW_WHIRLWIND => {
+            above("peak", flow.peak, 0.0)?;
+            unit("axis", flow.axis)
+        }
+        abi::FLOW_DIRECTIONAL => unit("axis", flow.axis),
+        abi::FLOW_SHELTER => within("strength", flow.strength, 0.0, 1.0),
+        kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
+    }
+}
+
+fn actor(actor: &abi::Actor) -> Checked {
+    if actor.id == 0 {
+        return fault("id", "is 0");
+    }
+    world("position", actor.position)?;
+    finite("velocity", actor.velocity)?;
+    at_least("radius", actor.radius, 0.0)?;
+    if actor.forward == [0.0; 3] {
+        return Ok(());
+    }
+    unit("forward", actor.forward)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    fn good() -> Outputs {
+        let object = |id| abi::Object { id, ..Default::default() };
+        let node = |y| abi::FibreNode { position: [0.0, y, 0.0], radius: 0.01 };
+        Outputs {
+            objects: vec![object(1), object(2)],
+            materials: Arc::new(vec![abi::Material::default()]),
+            fibres: vec![abi::Fibre {
+                object: 1,
+                first_node: 1,
+                node_count: 2,
+                sides: 8,
+                flatness: 1.0,
+                normal: [1.0, 0.0, 0.0],
+                ..Default::default()
+            }],
+            fibre_nodes: vec![node(0.0), node(0.1), node(0.2)],
+            flows: vec![abi::Flow { kind: abi::FLOW_SOURCE, peak: 1.0, ..Default::default() }],
+            actors: vec![abi::Actor { id: 9, ..Default::default() }],
+            debug_lines: vec![abi::DebugLine::default()],
+            trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
+        }
+    }
+
+    fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
+        let mut outputs = good();
+        spoil(&mut outputs);
+        Checker::default().check(&outputs).expect_err("the spoilt outputs passed")
+    }
+
+    #[test]
+    fn good_outputs_pass() {
+        assert_eq!(Checker::default().check(&good()), Ok(()));
+        assert_eq!(Checker::default().check(&Outputs::default()), Ok(()));
+    }
+
+    #[test]
+    fn a_message_names_stream_element_and_field() {
+        assert_eq!(
+            verdict(|o| o.fibre_nodes[2].position[1] = f32::NAN),
+            "stream fibre node, element 2: position is NaN, allowed is -100000 to 100000"
+        );
+        assert_eq!(
+            verdict(|o| o.fibres[0].first_node = 2),
+            "stream fibre, element 0: first_node and node_count end at 4, there are 3 nodes"
+        );
+        assert_eq!(verdict(|o| o.objects[1].id = 1), "stream object: two elements have the id 1");
+    }
+
+    #[test]
+    fn every_kind_of_nonsense_is_refused() {
+        type Spoil = fn(&mut Outputs);
+        let cases: &[(&str, Spoil)] = &[
+            ("object, element 0: id", |o| o.objects[0].id = 0),
+            ("object, element 0: origin", |o| o.objects[0].origin[2] = f64::INFINITY),
+            ("object, element 1: origin", |o| o.objects[1].origin[0] = 2e6),
+            ("object, element 0: bounds_radius", |o| o.objects[0].bounds_radius = -1.0),
+            ("object, element 0: bounds_center", |o| o.objects[0].bounds_center[1] = f32::NAN),
+            ("object, element 0: flags", |o| o.objects[0].flags = 8),
+            ("material, element 0: base", |o| Arc::make_mut(&mut o.materials)[0].base[3] = 1.5),
+            ("material, element 0: pattern ", |o| Arc::make_mut(&mut o.materials)[0].pattern = 5),
+            ("material, element 0: texture", |o| Arc::make_mut(&mut o.materials)[0].texture = 1),
+            ("material, element 0: glow", |o| Arc::make_mut(&mut o.materials)[0].glow = f32::NAN),
+            ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = 0.0),
+            ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = f32::INFINITY),
+            ("fibre node, element 1: position", |o| o.fibre_nodes[1].position[2] = -2e5),
+            ("fibre, element 0: object", |o| o.fibres[0].object = 2),
+            ("fibre, element 0: material", |o| o.fibres[0].material = 1),
+            ("fibre, element 0: node_count", |o| o.fibres[0].node_count = 1),
+            ("fibre, element 0: first_node", |o| o.fibres[0].first_node = u32::MAX),
+            ("fibre, element 0: sides", |o| o.fibres[0].sides = 65),
+            ("fibre, element 0: flatness", |o| o.fibres[0].flatness = 0.0),
+            ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
+            ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
+            ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
+            ("flow, element 0: kind", |o| o.flows[0].kind = 6),
+            ("flow, element 0: peak", |o| o.flows[0].peak = 0.0),
+            ("flow, element 0: axis", |o| o.flows[0].kind = abi::FLOW_DIRECTIONAL),
+            ("flow, element 0: strength", |o| o.flows[0].strength = f32::NAN),
+            ("flow, element 0: modulation", |o| o.flows[0].modulation = 1.1),
+            ("actor, element 0: id", |o| o.actors[0].id = 0),
+            ("actor, element 0: forward", |o| o.actors[0].forward = [0.5, 0.0, 0.0]),
+            ("actor, element 0: velocity", |o| o.actors[0].velocity[0] = f32::INFINITY),
+            ("debug line, element 0: channel", |o| o.debug_lines[0].channel = 32),
+            ("debug line, element 0: delta", |o| o.debug_lines[0].delta[0] = f32::NAN),
+            ("trace, element 0: kind", |o| o.trace[0].kind = 0),
+            ("trace, element 0: radius", |o| o.trace[0].radius = f32::NAN),
+        ];
+        for (expected, spoil) in cases {
+            let message = verdict(spoil);
+            assert!(message.starts_with(&format!("stream {expected}")), "{expected}: {message}");
+        }
+    }
+}

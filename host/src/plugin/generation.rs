@@ -1,0 +1,205 @@
+//! The threads on which one loaded library's code runs: a control thread and workers, all joinable, never the program's
+//! main thread.
+
+use std::{
+    any::Any,
+    io,
+    panic::{self, AssertUnwindSafe},
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread::{self, JoinHandle, ThreadId},
+};
+
+use super::pool::{Pool, STACK};
+
+/// One loading of one library, with its threads.
+#[derive(Debug)]
+pub struct Generation {
+    number: u64,
+    control: Arc<Control>,
+    control_thread: Option<JoinHandle<()>>,
+    control_id: ThreadId,
+    pool: Arc<Pool>,
+}
+
+/// A task of [`Generation::run`] on its way to the control thread.
+struct Task(*mut (dyn FnMut() + 'static));
+
+// SAFETY: `run` accepts tasks that may be sent, and keeps them alive until they are done.
+unsafe impl Send for Task {}
+
+enum Slot {
+    Empty,
+    Waiting(Task),
+    Running,
+    Done(Option<Box<dyn Any + Send>>),
+    Quit,
+}
+
+struct Control {
+    slot: Mutex<Slot>,
+    changed: Condvar,
+}
+
+impl std::fmt::Debug for Control {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Control")
+    }
+}
+
+impl Generation {
+    /// Starts the threads: one that controls, and `workers - 1` that help.
+    pub fn new(workers: usize) -> io::Result<Self> {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let workers = workers.clamp(1, MAX_WORKERS) as u32;
+        let pool = Arc::new(Pool::new(number, workers)?);
+        let control = Arc::new(Control { slot: Mutex::new(Slot::Empty), changed: Condvar::new() });
+        let thread = {
+            let control = control.clone();
+            thread::Builder::new()
+                .name(format!("reef-{number}-0"))
+                .stack_size(STACK)
+                .spawn(move || control.serve())?
+        };
+        let control_id = thread.thread().id();
+        Ok(Self { number, control, control_thread: Some(thread), control_id, pool })
+    }
+
+    /// Number of the generation; never used again.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Threads that share the jobs of `parallel_for`.
+    pub fn workers(&self) -> u32 {
+        self.pool.workers()
+    }
+
+    pub(crate) fn pool(&self) -> &Arc<Pool> {
+        &self.pool
+    }
+
+    /// Is this the control thread?
+    pub(crate) fn is_control(&self) -> bool {
+        thread::current().id() == self.control_id
+    }
+
+    /// Runs `task` on the control thread and returns its result; calls from several threads take turns. A panic of
+    /// `task` (the host's own fault) goes on here.
+    pub fn run<R: Send>(&self, task: impl FnOnce() -> R + Send) -> R {
+        if self.is_control() {
+            return task();
+        }
+        let mut result = None;
+        let mut task = Some(task);
+        let mut call = || {
+            if let Some(task) = task.take() {
+                result = Some(task());
+            }
+        };
+        let call: *mut (dyn FnMut() + '_) = &mut call;
+        // SAFETY: only the lifetime changes; this function does not return before the control thread is done with it.
+        let call = Task(unsafe {
+            std::mem::transmute::<*mut (dyn FnMut() + '_), *mut (dyn FnMut() + 'static)>(call)
+        });
+        if let Some(panic) = self.control.run(call) {
+            panic::resume_unwind(panic);
+        }
+        result.expect("the control thread ran the task")
+    }
+}
+
+/// No generation has more workers than this.
+pub const MAX_WORKERS: usize = 256;
+
+impl Control {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands over a task, waits until it is done, and returns what it panicked with.
+    fn run(&self, task: Task) -> Option<Box<dyn Any + Send>> {
+        let wait = |slot, until: fn(&Slot) -> bool| {
+            self.changed.wait_while(slot, |slot| !until(slot)).unwrap_or_else(PoisonError::into_inner)
+        };
+        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
+        *slot = Slot::Waiting(task);
+        self.changed.notify_all();
+        let mut slot = wait(slot, |slot| matches!(slot, Slot::Done(_)));
+        let done = std::mem::replace(&mut *slot, Slot::Empty);
+        self.changed.notify_all();
+        match done {
+            Slot::Done(panic) => panic,
+            _ => None,
+        }
+    }
+
+    /// The control thread's life.
+    fn serve(&self) {
+        loop {
+            let mut slot = self
+                .changed
+                .wait_while(self.lock(), |slot| !matches!(slot, Slot::Waiting(_) | Slot::Quit))
+                .unwrap_or_else(PoisonError::into_inner);
+            let Slot::Waiting(task) = std::mem::replace(&mut *slot, Slot::Running) else { return };
+            drop(slot);
+            // SAFETY: `Generation::run` keeps the closure alive until the slot says `Done`.
+            let outcome = panic::catch_unwind(AssertUnwindSafe(|| unsafe { (*task.0)() }));
+            *self.lock() = Slot::Done(outcome.err());
+            self.changed.notify_all();
+        }
+    }
+}
+
+impl Generation {
+    /// Ends the threads and waits for them. Nothing may run on them afterwards.
+    pub(crate) fn join(&mut self) {
+        self.pool.stop();
+        *self.control.lock() = Slot::Quit;
+        self.control.changed.notify_all();
+        if let Some(thread) = self.control_thread.take() {
+            // The thread catches every panic; there is nobody left to tell of another.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Generation {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tasks_run_on_the_one_control_thread_and_never_on_the_callers() {
+        let generation = Generation::new(1).unwrap();
+        let first = generation.run(|| thread::current().id());
+        assert_ne!(first, thread::current().id());
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for i in 0..200 {
+                        let (id, value) = generation.run(|| (thread::current().id(), i * 2));
+                        assert_eq!((id, value), (first, i * 2));
+                    }
+                });
+            }
+        });
+        assert!(generation.run(|| generation.run(|| generation.is_control())));
+    }
+
+    #[test]
+    fn a_panic_of_a_task_reaches_its_caller_and_the_thread_lives_on() {
+        let generation = Generation::new(2).unwrap();
+        let caught = panic::catch_unwind(AssertUnwindSafe(|| generation.run(|| panic::panic_any(7_u32))));
+        assert_eq!(caught.unwrap_err().downcast_ref(), Some(&7_u32));
+        assert_eq!(generation.run(|| 3), 3);
+    }
+}

@@ -1,0 +1,356 @@
+//! One library: looked at, copied to a name of its own, opened on the threads of its generation, described.
+
+use std::{
+    collections::HashSet,
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+    thread,
+};
+
+use reef_abi as abi;
+
+use super::{
+    error::Refusal,
+    generation::Generation,
+    info::{self, PluginInfo, read_sized},
+    inspect::{self, CONTRACT, Head},
+    marker,
+    services::{Services, version_text},
+};
+
+/// Most plugins in one library.
+const MOST_PLUGINS: u32 = 64;
+
+/// Addresses of the entries of all loaded generations: the system's loader must not hand one out twice.
+static ENTRIES: Mutex<Option<HashSet<usize>>> = Mutex::new(None);
+
+/// A library that is open. Closed when the last plugin and instance of it are gone.
+#[derive(Debug)]
+pub struct Library {
+    /// None only while it is dropped.
+    open: Option<Open>,
+    path: Option<PathBuf>,
+    notes: Vec<String>,
+}
+
+/// One plugin of a library.
+#[derive(Clone, Debug)]
+pub struct Plugin {
+    library: Arc<Library>,
+    descriptor: abi::Descriptor,
+    info: Arc<PluginInfo>,
+}
+
+// SAFETY: the descriptor's pointers lead to constants of the library, which is open as long as `library` lives; its
+// function is called on the generation's control thread only.
+unsafe impl Send for Plugin {}
+// SAFETY: as above.
+unsafe impl Sync for Plugin {}
+
+#[derive(Debug)]
+struct Open {
+    entry: Entry,
+    services: Box<Services>,
+    generation: Generation,
+    loaded: Option<Loaded>,
+}
+
+/// The library's entry: a constant of the library.
+#[derive(Clone, Copy, Debug)]
+struct Entry(abi::Entry);
+
+// SAFETY: its pointers lead to constants of the library; its functions are called on the control thread only.
+unsafe impl Send for Entry {}
+// SAFETY: as above.
+unsafe impl Sync for Entry {}
+
+/// What the system's loader returned.
+#[derive(Debug)]
+struct Loaded {
+    handle: libloading::Library,
+    address: usize,
+}
+
+impl Library {
+    /// Loads a file on `workers` threads of its own. Nothing of it runs before it was found to be a plugin for this
+    /// host.
+    pub fn load(path: &Path, workers: usize) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        let bytes = inspect::read(path)?;
+        let head = inspect::inspect(&bytes)?;
+        let note = inspect::judge(head, CONTRACT)?;
+        let generation = start(workers)?;
+        let copy = copy(path, &bytes)?;
+        drop(bytes);
+        // Constructors of the library run here: not on the caller's thread.
+        let (loaded, entry) = generation.run(|| {
+            let loaded = marker::in_plugin(generation.number(), || open_file(copy.path()));
+            loaded.map(|(handle, address)| (Loaded { handle, address }, address))
+        })?;
+        // From here on, dropping `open` unloads the library again.
+        let services = Services::new(&generation, &file_name(path));
+        // SAFETY: `inspect` found an exported entry of this contract at the symbol, which is as long as it says.
+        let entry = unsafe { read_entry(entry as *const abi::Entry) };
+        let mut open = Open { entry: Entry(NO_ENTRY), services, generation, loaded: Some(loaded) };
+        let seen = Head { size: entry.size, version: entry.version, header_hash: entry.header_hash };
+        if entry.magic != abi::MAGIC || seen != head {
+            return Err(Refusal::BadEntry("in memory it differs from the file".into()));
+        }
+        open.claim_address()?;
+        open.entry = Entry(entry);
+        Self::describe(open, Some(path.to_owned()), note)
+    }
+
+    /// A library that is linked into the program (models in tests and benches): the same path without a file.
+    pub fn from_entry(
+        entry: &'static abi::Entry,
+        workers: usize,
+    ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        let head = Head { size: entry.size, version: entry.version, header_hash: entry.header_hash };
+        if entry.magic != abi::MAGIC {
+            return Err(Refusal::BadEntry("it does not begin with REEF_MAGIC".into()));
+        }
+        let note = inspect::judge(head, CONTRACT)?;
+        let generation = start(workers)?;
+        let services = Services::new(&generation, "linked");
+        let open = Open { entry: Entry(*entry), services, generation, loaded: None };
+        Self::describe(open, None, note)
+    }
+
+    /// Opens the library and reads what it says of itself.
+    fn describe(
+        open: Open,
+        path: Option<PathBuf>,
+        note: Option<String>,
+    ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        let mut library = Self { open: None, path, notes: note.into_iter().collect() };
+        let (number, entry) = (open.generation.number(), open.entry);
+        let (Some(open_library), Some(_)) = (entry.0.open, entry.0.close) else {
+            return Err(Refusal::BadEntry("its open or close is NULL".into()));
+        };
+        open.services.begin_call();
+        // SAFETY: the entry's function with the host's table, which lives until close() returned.
+        let status = open
+            .generation
+            .run(|| marker::in_plugin(number, || unsafe { open_library(open.services.table()) }));
+        if status != abi::OK {
+            let message = open.services.take_error();
+            let message = message.unwrap_or_else(|| format!("it returned {}", status_name(status)));
+            return Err(Refusal::Open(message));
+        }
+        // From here on, dropping the library calls close().
+        library.open = Some(open);
+        let count = entry.0.descriptor_count;
+        if !(1..=MOST_PLUGINS).contains(&count) {
+            return Err(Refusal::BadDescriptor(format!(
+                "it has {count} plugins; allowed is 1 to {MOST_PLUGINS}"
+            )));
+        }
+        let list = entry.0.descriptors;
+        if list.is_null() || !list.is_aligned() {
+            return Err(Refusal::BadDescriptor("its list of descriptors is NULL or misaligned".into()));
+        }
+        let contract = version_text(entry.0.version);
+        let mut described = Vec::new();
+        for i in 0..count as usize {
+            // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as it says.
+            let descriptor = unsafe { read_sized(*list.add(i)) }
+                .ok_or_else(|| Refusal::BadDescriptor(format!("descriptor {i} is NULL or misaligned")))?;
+            // SAFETY: the descriptor's pointers are as the contract says.
+            let info = unsafe { info::read(&descriptor, library.path.clone(), contract.clone()) }
+                .map_err(Refusal::BadDescriptor)?;
+            described.push((descriptor, Arc::new(info)));
+        }
+        let library = Arc::new(library);
+        let plugins = described
+            .into_iter()
+            .map(|(descriptor, info)| Plugin { library: library.clone(), descriptor, info })
+            .collect();
+        Ok((library, plugins))
+    }
+
+    /// The file that it came from; None: linked into the program.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What people should know about it: a newer contract, say.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Its threads. None only while it is dropped.
+    pub(crate) fn generation(&self) -> Option<&Generation> {
+        self.open.as_ref().map(|open| &open.generation)
+    }
+}
+
+impl Plugin {
+    /// What it says of itself.
+    pub fn info(&self) -> &Arc<PluginInfo> {
+        &self.info
+    }
+
+    /// The library that it is in.
+    pub fn library(&self) -> &Arc<Library> {
+        &self.library
+    }
+
+    pub(crate) fn descriptor(&self) -> &abi::Descriptor {
+        &self.descriptor
+    }
+}
+
+impl Drop for Library {
+    fn drop(&mut self) {
+        let Some(open) = self.open.take() else { return };
+        if let Some(close) = open.entry.0.close {
+            let number = open.generation.number();
+            // SAFETY: open() succeeded, and no instance is left: each holds this library.
+            open.generation.run(|| marker::in_plugin(number, || unsafe { close() }));
+        }
+    }
+}
+
+impl Open {
+    /// Refuses code that belongs to a library that is loaded already.
+    fn claim_address(&mut self) -> Result<(), Refusal> {
+        let Some(loaded) = &mut self.loaded else { return Ok(()) };
+        let mut entries = ENTRIES.lock().unwrap_or_else(PoisonError::into_inner);
+        if entries.get_or_insert_default().insert(loaded.address) {
+            return Ok(());
+        }
+        loaded.address = 0; // The other one's: not ours to give back.
+        Err(Refusal::StillLoaded)
+    }
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        let Some(Loaded { handle, address }) = self.loaded.take() else { return };
+        // Thread-local destructors of the library's code would keep it mapped: its threads end first.
+        self.generation.join();
+        if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner) {
+            entries.remove(&address);
+        }
+        // Destructors of the library run in here: on a thread of their own, not on the caller's.
+        let closer = thread::Builder::new().name("reef-unload".into()).spawn(move || drop(handle));
+        if let Ok(closer) = closer {
+            // A destructor that panics would abort; there is nothing else to tell.
+            let _ = closer.join();
+        }
+    }
+}
+
+const NO_ENTRY: abi::Entry = abi::Entry {
+    magic: 0,
+    size: 0,
+    version: 0,
+    header_hash: 0,
+    descriptor_count: 0,
+    spare: 0,
+    descriptors: std::ptr::null(),
+    open: None,
+    close: None,
+};
+
+fn start(workers: usize) -> Result<Generation, Refusal> {
+    Generation::new(workers)
+        .map_err(|error| Refusal::Machine(format!("its threads cannot be started: {error}")))
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Copies the library to a name that was never loaded: a file that is overwritten while it is mapped crashes the process,
+/// and the loader returns old code for an old name.
+fn copy(path: &Path, bytes: &[u8]) -> Result<tempfile::NamedTempFile, Refusal> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let prefix = format!("{stem}-");
+    let suffix = std::env::consts::DLL_SUFFIX;
+    let write = |folder: &Path| -> std::io::Result<tempfile::NamedTempFile> {
+        let mut file = tempfile::Builder::new().prefix(&prefix).suffix(suffix).tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        file.flush()?;
+        Ok(file)
+    };
+    let folder = std::env::temp_dir();
+    write(&folder).map_err(|error| {
+        Refusal::Machine(format!("it cannot be copied to {} (set TMPDIR): {error}", folder.display()))
+    })
+}
+
+/// Opens a file with the system's loader and finds the entry. Runs the library's constructors.
+fn open_file(path: &Path) -> Result<(libloading::Library, usize), Refusal> {
+    #[cfg(unix)]
+    // SAFETY: constructors of the library run: it was found to be a plugin, and the person who placed it there trusts it.
+    let handle = unsafe {
+        use libloading::os::unix;
+        unix::Library::open(Some(path), unix::RTLD_NOW | unix::RTLD_LOCAL).map(libloading::Library::from)
+    };
+    #[cfg(not(unix))]
+    // SAFETY: as above.
+    let handle = unsafe { libloading::Library::new(path) };
+    let handle = handle.map_err(|error| Refusal::Load(describe_load(&error)))?;
+    // SAFETY: the symbol is data; only its address is taken, as a number.
+    let address = unsafe {
+        let symbol = handle.get::<*const abi::Entry>(abi::ENTRY_SYMBOL).map_err(|_| Refusal::NoEntry)?;
+        symbol.try_as_raw_ptr().map_or(0, |pointer| pointer as usize)
+    };
+    if address == 0 || address % align_of::<abi::Entry>() != 0 {
+        return Err(Refusal::BadEntry("its address is odd".into()));
+    }
+    Ok((handle, address))
+}
+
+/// The loader's own words, which libloading keeps as the source.
+fn describe_load(error: &libloading::Error) -> String {
+    use std::error::Error;
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(inner) = source {
+        text = format!("{text}: {inner}");
+        source = inner.source();
+    }
+    text
+}
+
+/// Reads `min(size, sizeof)` bytes of an entry.
+///
+/// # Safety
+/// The pointer leads to as many bytes as the entry's size says.
+unsafe fn read_entry(entry: *const abi::Entry) -> abi::Entry {
+    let mut read = NO_ENTRY;
+    // SAFETY: the caller's promise; any bytes that a plugin wrote there are a value of the contract.
+    unsafe {
+        let size = (*entry).size as usize;
+        let size = size.min(size_of::<abi::Entry>());
+        std::ptr::copy_nonoverlapping(entry.cast::<u8>(), (&raw mut read).cast::<u8>(), size);
+    }
+    read
+}
+
+/// Name of a status value.
+pub(crate) fn status_name(status: i32) -> String {
+    let name = match status {
+        abi::OK => "REEF_OK",
+        abi::SLEEP => "REEF_SLEEP",
+        abi::DISCARD => "REEF_DISCARD",
+        abi::ERROR => "REEF_ERROR",
+        abi::FATAL => "REEF_FATAL",
+        abi::UNSUPPORTED => "REEF_UNSUPPORTED",
+        abi::BAD_STATE => "REEF_BAD_STATE",
+        abi::NO_SPACE => "REEF_NO_SPACE",
+        abi::BAD_INPUT => "REEF_BAD_INPUT",
+        other => return format!("unknown status {other}"),
+    };
+    name.to_owned()
+}
+
+/// Does the file's name look like a dynamic library's?
+pub(crate) fn looks_like_a_library(path: &Path) -> bool {
+    path.to_string_lossy().ends_with(std::env::consts::DLL_SUFFIX)
+        && fs::metadata(path).is_ok_and(|metadata| !metadata.is_dir())
+}

@@ -1,0 +1,290 @@
+//! A generation's workers: `parallel_for` in about two microseconds. Idle workers watch for new work for a short while,
+//! then sleep; the caller works along, so a worker that wakes late costs nothing.
+
+use std::{
+    ffi::c_void,
+    io,
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, Ordering},
+    },
+    thread::{self, JoinHandle, Thread},
+    time::{Duration, Instant},
+};
+
+use reef_abi as abi;
+
+use super::marker;
+
+/// Stack of every thread that runs a plugin's code [bytes].
+pub(crate) const STACK: usize = 16 << 20;
+
+/// How long an idle worker watches before it sleeps: longer than the gaps between the loops of one step.
+const WATCH: Duration = Duration::from_micros(40);
+
+/// One job of the contract.
+type JobFn = unsafe extern "C" fn(user: *mut c_void, index: u32, worker: u32);
+
+/// The threads besides the control thread.
+#[derive(Debug)]
+pub(crate) struct Pool {
+    shared: Arc<Shared>,
+    workers: u32,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    generation: u64,
+    /// Number of the loop in the high half, how many of its jobs nobody has taken in the low half. A successful exchange
+    /// on a low half above 0 is the right to run one job of just that loop, which cannot end before that job did.
+    claim: AtomicU64,
+    /// Jobs of the present loop that are not done.
+    pending: AtomicU32,
+    /// The present loop. Written before `claim`, read after a successful exchange on it.
+    count: AtomicU32,
+    job: AtomicPtr<c_void>,
+    user: AtomicPtr<c_void>,
+    /// The caller sleeps until `pending` is 0.
+    caller: Mutex<Option<Thread>>,
+    caller_sleeps: AtomicBool,
+    sleepers: AtomicU32,
+    sleep: Mutex<()>,
+    wake: Condvar,
+    quit: AtomicBool,
+}
+
+impl Pool {
+    /// Starts `workers - 1` threads: the caller of [`Pool::run`] is worker 0.
+    pub(crate) fn new(generation: u64, workers: u32) -> io::Result<Self> {
+        let shared = Arc::new(Shared {
+            generation,
+            claim: AtomicU64::new(0),
+            pending: AtomicU32::new(0),
+            count: AtomicU32::new(0),
+            job: AtomicPtr::default(),
+            user: AtomicPtr::default(),
+            caller: Mutex::new(None),
+            caller_sleeps: AtomicBool::new(false),
+            sleepers: AtomicU32::new(0),
+            sleep: Mutex::new(()),
+            wake: Condvar::new(),
+            quit: AtomicBool::new(false),
+        });
+        let pool = Self { shared, workers: workers.max(1), threads: Mutex::default() };
+        for worker in 1..workers {
+            let shared = pool.shared.clone();
+            // On failure, `pool` is dropped and joins those that run already.
+            let thread = thread::Builder::new()
+                .name(format!("reef-{generation}-{worker}"))
+                .stack_size(STACK)
+                .spawn(move || shared.work(worker))?;
+            pool.threads.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
+        }
+        Ok(pool)
+    }
+
+    /// Workers, the caller included.
+    pub(crate) fn workers(&self) -> u32 {
+        self.workers
+    }
+
+    /// Calls `job(user, i, worker)` for each `i` below `count`; returns when all are done.
+    ///
+    /// # Safety
+    /// `job` may be called with `user` from several threads at once. Only one thread (the generation's control thread)
+    /// calls this, and no job does: nested loops run inline, see `services`.
+    pub(crate) unsafe fn run(&self, count: u32, job: JobFn, user: *mut c_void) {
+        let shared = &*self.shared;
+        if count <= 1 || self.workers == 1 {
+            for index in 0..count {
+                // SAFETY: the caller's promise.
+                unsafe { shared.call(job, user, index, 0) };
+            }
+            return;
+        }
+        shared.count.store(count, Ordering::Relaxed);
+        shared.job.store(job as *mut c_void, Ordering::Relaxed);
+        shared.user.store(user, Ordering::Relaxed);
+        shared.pending.store(count, Ordering::Relaxed);
+        let epoch = (shared.claim.load(Ordering::Relaxed) >> 32).wrapping_add(1) << 32;
+        // Sequentially consistent with the sleepers' count: either they see the work, or we see them.
+        shared.claim.store(epoch | u64::from(count), Ordering::SeqCst);
+        if shared.sleepers.load(Ordering::SeqCst) > 0 {
+            let _guard = shared.sleep.lock().unwrap_or_else(PoisonError::into_inner);
+            shared.wake.notify_all();
+        }
+        while shared.take_one(0) {}
+        shared.wait_for_the_rest();
+    }
+}
+
+impl Pool {
+    /// Ends the threads and waits for them. No loop may be started afterwards.
+    pub(crate) fn stop(&self) {
+        self.shared.quit.store(true, Ordering::SeqCst);
+        {
+            let _guard = self.shared.sleep.lock().unwrap_or_else(PoisonError::into_inner);
+            self.shared.wake.notify_all();
+        }
+        for thread in self.threads.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            // A worker does not panic; were it to, there is nobody left to tell.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+impl Shared {
+    /// # Safety
+    /// `job` and `user` are those of a loop that cannot end before this call did.
+    unsafe fn call(&self, job: JobFn, user: *mut c_void, index: u32, worker: u32) {
+        marker::in_job(worker, || {
+            // SAFETY: the caller's promise.
+            marker::in_plugin(self.generation, || unsafe { job(user, index, worker) });
+        });
+    }
+
+    /// Runs one job, if one is left.
+    fn take_one(&self, worker: u32) -> bool {
+        let mut claim = self.claim.load(Ordering::Acquire);
+        loop {
+            let left = claim as u32;
+            if left == 0 {
+                return false;
+            }
+            match self.claim.compare_exchange_weak(claim, claim - 1, Ordering::AcqRel, Ordering::Acquire) {
+                Ok(_) => {
+                    let index = self.count.load(Ordering::Relaxed) - left;
+                    let job = self.job.load(Ordering::Relaxed);
+                    let user = self.user.load(Ordering::Relaxed);
+                    // SAFETY: `run` stored a JobFn there before it published the claim that we took; the loop does not
+                    // end before `pending` falls to 0, which needs us.
+                    unsafe {
+                        let job = std::mem::transmute::<*mut c_void, JobFn>(job);
+                        self.call(job, user, index, worker);
+                    }
+                    if self.pending.fetch_sub(1, Ordering::SeqCst) == 1
+                        && self.caller_sleeps.load(Ordering::SeqCst)
+                        && let Some(caller) = &*self.caller.lock().unwrap_or_else(PoisonError::into_inner)
+                    {
+                        caller.unpark();
+                    }
+                    return true;
+                }
+                Err(now) => claim = now,
+            }
+        }
+    }
+
+    /// Returns when `pending` is 0.
+    fn wait_for_the_rest(&self) {
+        let done = || self.pending.load(Ordering::SeqCst) == 0;
+        if watch(done) {
+            return;
+        }
+        *self.caller.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread::current());
+        self.caller_sleeps.store(true, Ordering::SeqCst);
+        while !done() {
+            thread::park();
+        }
+        self.caller_sleeps.store(false, Ordering::SeqCst);
+    }
+
+    /// A worker's life.
+    fn work(&self, worker: u32) {
+        let something = || self.claim.load(Ordering::SeqCst) as u32 > 0 || self.quit.load(Ordering::SeqCst);
+        loop {
+            while self.take_one(worker) {}
+            if self.quit.load(Ordering::SeqCst) {
+                return;
+            }
+            if watch(something) {
+                continue;
+            }
+            let mut guard = self.sleep.lock().unwrap_or_else(PoisonError::into_inner);
+            self.sleepers.fetch_add(1, Ordering::SeqCst);
+            while !something() {
+                guard = self.wake.wait(guard).unwrap_or_else(PoisonError::into_inner);
+            }
+            self.sleepers.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+}
+
+/// Looks again and again for a short while; true as soon as the condition holds.
+fn watch(condition: impl Fn() -> bool) -> bool {
+    let start = Instant::now();
+    loop {
+        for _ in 0..32 {
+            if condition() {
+                return true;
+            }
+            std::hint::spin_loop();
+        }
+        if start.elapsed() > WATCH {
+            return false;
+        }
+    }
+}
+
+/// A job pointer of the contract that is not NULL.
+pub(crate) fn job_of(job: abi::Job) -> Option<JobFn> {
+    job
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Hits {
+        hits: Vec<AtomicU32>,
+        workers: u32,
+    }
+
+    unsafe extern "C" fn hit(user: *mut c_void, index: u32, worker: u32) {
+        // SAFETY: the test passes its `Hits`, which outlives the loop.
+        let hits = unsafe { &*user.cast_const().cast::<Hits>() };
+        assert!(worker < hits.workers);
+        hits.hits[index as usize].fetch_add(1, Ordering::Relaxed);
+    }
+
+    #[test]
+    fn every_index_runs_exactly_once_in_each_of_many_loops() {
+        for workers in [1, 2, 4] {
+            let pool = Pool::new(0, workers).unwrap();
+            for round in 0..4000_u32 {
+                let count = round % 67;
+                let hits = Hits { hits: (0..count).map(|_| AtomicU32::new(0)).collect(), workers };
+                // SAFETY: `hit` is made for `Hits`; only this thread runs loops.
+                unsafe { pool.run(count, hit, (&raw const hits).cast_mut().cast()) };
+                assert!(hits.hits.iter().all(|h| h.load(Ordering::Relaxed) == 1), "round {round}");
+                if round % 1000 == 0 {
+                    thread::sleep(Duration::from_millis(2)); // Let the workers fall asleep.
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_caller_that_runs_out_of_work_sleeps_until_the_last_job_is_done() {
+        unsafe extern "C" fn slow(user: *mut c_void, _: u32, worker: u32) {
+            // SAFETY: the test passes an AtomicU32 that outlives the loop.
+            let done = unsafe { &*user.cast_const().cast::<AtomicU32>() };
+            thread::sleep(Duration::from_millis(if worker == 0 { 1 } else { 20 }));
+            done.fetch_add(1, Ordering::Relaxed);
+        }
+        let pool = Pool::new(0, 3).unwrap();
+        for _ in 0..5 {
+            let done = AtomicU32::new(0);
+            // SAFETY: `slow` is made for an AtomicU32; only this thread runs loops.
+            unsafe { pool.run(8, slow, (&raw const done).cast_mut().cast()) };
+            assert_eq!(done.load(Ordering::Relaxed), 8);
+        }
+    }
+}

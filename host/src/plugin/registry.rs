@@ -1,0 +1,128 @@
+//! All plugins that were found, and all files that were refused, in an order that depends on names only.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use reef_abi as abi;
+
+use super::{
+    error::Refusal,
+    info::PluginInfo,
+    library::{Library, Plugin, looks_like_a_library},
+};
+
+/// A file that is not used.
+#[derive(Clone, Debug)]
+pub struct Refused {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub reason: Refusal,
+}
+
+/// The plugins of this run.
+#[derive(Debug, Default)]
+pub struct Registry {
+    plugins: Vec<Plugin>,
+    refused: Vec<Refused>,
+    notes: Vec<(PathBuf, String)>,
+}
+
+impl Registry {
+    /// No plugins.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Loads what lies in `folders` (in this order, by name within each), then what lies beside the program. The first
+    /// library with an id wins; others are refused. Libraries beside the program that are no plugins are passed over.
+    pub fn find(folders: &[PathBuf], workers: usize) -> Self {
+        let mut registry = Self::new();
+        for folder in folders {
+            registry.load_folder(folder, workers, true);
+        }
+        if let Some(beside) = std::env::current_exe().ok().as_deref().and_then(Path::parent) {
+            registry.load_folder(beside, workers, false);
+        }
+        registry
+    }
+
+    /// Loads all libraries in a folder. `asked_for`: somebody named this folder, so all refusals are worth a word.
+    pub fn load_folder(&mut self, folder: &Path, workers: usize, asked_for: bool) {
+        let entries = match fs::read_dir(folder) {
+            Ok(entries) => entries,
+            Err(error) => {
+                let reason = Refusal::Unreadable(error.to_string());
+                self.refused.push(Refused { path: folder.to_owned(), reason });
+                return;
+            }
+        };
+        let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.retain(|path| looks_like_a_library(path));
+        paths.sort();
+        for path in paths {
+            let passed_over = |reason: &Refusal| !asked_for && matches!(reason, Refusal::NoEntry);
+            match self.load(&path, workers) {
+                Err(reason) if !passed_over(&reason) => self.refused.push(Refused { path, reason }),
+                _ => {}
+            }
+        }
+    }
+
+    /// Loads one file.
+    pub fn load(&mut self, path: &Path, workers: usize) -> Result<(), Refusal> {
+        let (library, plugins) = Library::load(path, workers)?;
+        self.notes.extend(library.notes().iter().map(|note| (path.to_owned(), note.clone())));
+        self.add(plugins)
+    }
+
+    /// Adds a library that is linked into the program.
+    pub fn add_linked(&mut self, entry: &'static abi::Entry, workers: usize) -> Result<(), Refusal> {
+        let (_, plugins) = Library::from_entry(entry, workers)?;
+        self.add(plugins)
+    }
+
+    fn add(&mut self, plugins: Vec<Plugin>) -> Result<(), Refusal> {
+        let mut result = Ok(());
+        for plugin in plugins {
+            let id = &plugin.info().id;
+            match self.get(id) {
+                None => self.plugins.push(plugin),
+                Some(first) => {
+                    let first = first.info().path.as_ref();
+                    let first = first.map_or_else(|| "linked".to_owned(), |path| path.display().to_string());
+                    result = Err(Refusal::Duplicate { id: id.clone(), first });
+                }
+            }
+        }
+        result
+    }
+
+    /// The plugin with this id.
+    pub fn get(&self, id: &str) -> Option<&Plugin> {
+        self.plugins.iter().find(|plugin| plugin.info().id == id)
+    }
+
+    /// All plugins, in the order in which they were found.
+    pub fn plugins(&self) -> &[Plugin] {
+        &self.plugins
+    }
+
+    /// What they say of themselves.
+    pub fn infos(&self) -> impl Iterator<Item = &Arc<PluginInfo>> {
+        self.plugins.iter().map(Plugin::info)
+    }
+
+    /// Files that are not used.
+    pub fn refused(&self) -> &[Refused] {
+        &self.refused
+    }
+
+    /// What people should know about files that are used.
+    pub fn notes(&self) -> &[(PathBuf, String)] {
+        &self.notes
+    }
+}

@@ -1,0 +1,343 @@
+//! What the host lends to a plugin's code: the functions of `reef_host`, one table an instance, so that messages and
+//! memory know whose they are. Every argument is checked before use.
+
+use std::{
+    ffi::{c_char, c_void},
+    slice,
+    sync::{
+        Arc, Mutex, PoisonError, RwLock,
+        atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicUsize, Ordering},
+    },
+};
+
+use reef_abi as abi;
+use reef_flow::{Field, Level, Packed, sample};
+
+use super::{
+    generation::Generation,
+    input::StepInput,
+    marker::{self, Place},
+    pool::{self, Pool},
+    scratch::{LIMIT, Scratch},
+};
+
+/// Longest message that is kept [bytes].
+const LONGEST_TEXT: u64 = 1 << 14;
+
+/// The services of one instance (or of a library's `open`), and what they remember.
+#[derive(Debug)]
+pub(crate) struct Services {
+    /// `ctx` leads back to this very value, which therefore never moves.
+    table: abi::Host,
+    generation: u64,
+    plugin: String,
+    pool: Arc<Pool>,
+    error: Mutex<Option<String>>,
+    scratch: Mutex<Scratch>,
+    in_step: AtomicBool,
+    stop: AtomicBool,
+    /// The step's flow, while a step runs.
+    flow: AtomicPtr<abi::Flow>,
+    flow_count: AtomicUsize,
+    simd_level: AtomicU32,
+    /// Made from `flow` by the first query of a step.
+    field: RwLock<SteppedField>,
+    /// One a worker.
+    packed: Vec<Mutex<Packed>>,
+}
+
+#[derive(Debug, Default)]
+struct SteppedField {
+    ready: bool,
+    field: Field,
+}
+
+// SAFETY: what the pointers in `table` and `flow` lead to is shared and guarded by the locks and atomics beside them.
+unsafe impl Send for Services {}
+// SAFETY: as above.
+unsafe impl Sync for Services {}
+
+impl Services {
+    /// Services for the plugin with this name.
+    pub(crate) fn new(generation: &Generation, plugin: &str) -> Box<Self> {
+        let workers = generation.workers();
+        let mut services = Box::new(Self {
+            table: abi::Host {
+                size: size_of::<abi::Host>() as u32,
+                version: abi::VERSION,
+                ctx: std::ptr::null_mut(),
+                worker_count: workers,
+                spare: 0,
+                log: Some(log),
+                set_error: Some(set_error),
+                should_stop: Some(should_stop),
+                parallel_for: Some(parallel_for),
+                scratch: Some(scratch),
+                sample_flow: Some(sample_flow),
+                mesh_create: Some(mesh_create),
+                mesh_destroy: Some(mesh_destroy),
+                texture_create: Some(texture_create),
+                texture_destroy: Some(texture_destroy),
+            },
+            generation: generation.number(),
+            plugin: plugin.to_owned(),
+            pool: generation.pool().clone(),
+            error: Mutex::new(None),
+            scratch: Mutex::default(),
+            in_step: AtomicBool::new(false),
+            stop: AtomicBool::new(false),
+            flow: AtomicPtr::default(),
+            flow_count: AtomicUsize::new(0),
+            simd_level: AtomicU32::new(0),
+            field: RwLock::default(),
+            packed: (0..workers).map(|_| Mutex::default()).collect(),
+        });
+        services.table.ctx = (&raw const *services).cast_mut().cast();
+        services
+    }
+
+    /// The table to hand out; it lives as long as this value.
+    pub(crate) fn table(&self) -> *const abi::Host {
+        &self.table
+    }
+
+    /// The message that the last failure left, if it left one.
+    pub(crate) fn take_error(&self) -> Option<String> {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// A call begins: an older call's message is not this one's.
+    pub(crate) fn begin_call(&self) {
+        self.take_error();
+        self.stop.store(false, Ordering::Relaxed);
+    }
+
+    /// A step begins: its scratch memory and its flow.
+    pub(crate) fn begin_step(&self, input: &StepInput<'_>) {
+        self.begin_call();
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner).begin_step();
+        self.field.write().unwrap_or_else(PoisonError::into_inner).ready = false;
+        self.flow_count.store(input.flow.len(), Ordering::Relaxed);
+        self.simd_level.store(input.simd_level, Ordering::Relaxed);
+        self.flow.store(input.flow.as_ptr().cast_mut(), Ordering::Relaxed);
+        self.in_step.store(true, Ordering::Release);
+    }
+
+    /// The step is over: nothing of its input is looked at any more.
+    pub(crate) fn end_step(&self) {
+        self.in_step.store(false, Ordering::Release);
+        self.flow_count.store(0, Ordering::Relaxed);
+        self.flow.store(std::ptr::null_mut(), Ordering::Relaxed);
+    }
+
+    fn fail(&self, status: i32, message: String) -> i32 {
+        *self.error.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+        status
+    }
+
+    fn on_a_thread_of_ours(&self) -> bool {
+        marker::place() == Place::Plugin(self.generation)
+    }
+
+    fn sample(&self, query: &abi::FlowQuery) -> i32 {
+        let count = query.count as usize;
+        if count == 0 {
+            return abi::OK;
+        }
+        let inputs = [query.x, query.y, query.z];
+        let outputs = [query.vx, query.vy, query.vz];
+        let unusable = inputs.iter().any(|p| p.is_null() || !p.is_aligned())
+            || outputs.iter().any(|p| p.is_null() || !p.is_aligned());
+        if unusable {
+            return self.fail(abi::BAD_INPUT, "sample_flow: a pointer is NULL or misaligned".into());
+        }
+        if !query.origin.iter().all(|v| v.is_finite()) {
+            return self.fail(abi::BAD_INPUT, "sample_flow: the origin is not finite".into());
+        }
+        let worker = marker::current_job().unwrap_or(0) as usize;
+        let Some(packed) = self.packed.get(worker) else {
+            return self.fail(abi::BAD_INPUT, "sample_flow: not on a thread of the host".into());
+        };
+        {
+            let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
+            if !stepped.ready {
+                drop(stepped);
+                self.prepare_field();
+            }
+        }
+        let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
+        let mut packed = packed.lock().unwrap_or_else(PoisonError::into_inner);
+        packed.fill(stepped.field.flows(), query.origin, query.owner);
+        // SAFETY: six arrays of `count` elements, as the contract says; they are the caller's and live during the call.
+        // The outputs are checked to be non-NULL and aligned; that they do not overlap is the contract's word.
+        let (points, out) = unsafe {
+            let [x, y, z] = inputs.map(|p| slice::from_raw_parts(p, count));
+            let [vx, vy, vz] = outputs.map(|p| slice::from_raw_parts_mut(p, count));
+            (sample::Points { x, y, z }, sample::Velocities { x: vx, y: vy, z: vz })
+        };
+        sample::sample(Level::at_most(self.simd_level.load(Ordering::Relaxed)), &packed, points, out);
+        abi::OK
+    }
+
+    fn prepare_field(&self) {
+        let mut stepped = self.field.write().unwrap_or_else(PoisonError::into_inner);
+        if !stepped.ready {
+            let (flow, count) = (self.flow.load(Ordering::Relaxed), self.flow_count.load(Ordering::Relaxed));
+            // SAFETY: `begin_step` took both from one slice, which lives until `end_step`; a slice's pointer is never
+            // NULL, and the empty case does not read it.
+            let flow = if count == 0 { &[] } else { unsafe { slice::from_raw_parts(flow, count) } };
+            stepped.field.refill(flow);
+            stepped.ready = true;
+        }
+    }
+}
+
+/// The services behind a context; None for NULL.
+///
+/// # Safety
+/// `ctx` is NULL or the context that [`Services::new`] made, and its value is alive.
+unsafe fn services<'a>(ctx: *mut c_void) -> Option<&'a Services> {
+    // SAFETY: the caller's promise.
+    unsafe { ctx.cast_const().cast::<Services>().as_ref() }
+}
+
+/// A plugin's text, made whole where it is not UTF-8 and cut where it is endless.
+///
+/// # Safety
+/// The pointer is NULL or leads to `length` bytes.
+unsafe fn text(pointer: *const c_char, length: u64) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller's promise; cutting reads less.
+    let bytes = unsafe { slice::from_raw_parts(pointer.cast::<u8>(), length.min(LONGEST_TEXT) as usize) };
+    let mut text = String::from_utf8_lossy(bytes).into_owned();
+    if length > LONGEST_TEXT {
+        text.push_str(" …");
+    }
+    text
+}
+
+unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, length: u64) {
+    // SAFETY: the contract's pointers.
+    let (Some(services), message) = (unsafe { (services(ctx), text(message, length)) }) else { return };
+    marker::in_service(services.generation, || {
+        let plugin = services.plugin.as_str();
+        match level {
+            abi::LOG_ERROR => tracing::error!(target: "reef::plugin", plugin, "{message}"),
+            abi::LOG_WARN => tracing::warn!(target: "reef::plugin", plugin, "{message}"),
+            abi::LOG_INFO => tracing::info!(target: "reef::plugin", plugin, "{message}"),
+            _ => tracing::debug!(target: "reef::plugin", plugin, "{message}"),
+        }
+    });
+}
+
+unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length: u64) {
+    // SAFETY: the contract's pointers.
+    let (Some(services), message) = (unsafe { (services(ctx), text(message, length)) }) else { return };
+    services.fail(abi::OK, message);
+}
+
+unsafe extern "C" fn should_stop(ctx: *mut c_void) -> u32 {
+    // SAFETY: the contract's pointer.
+    unsafe { services(ctx) }.is_some_and(|services| services.stop.load(Ordering::Relaxed)).into()
+}
+
+unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(job) = pool::job_of(job) else {
+        return services.fail(abi::BAD_INPUT, "parallel_for: the job is NULL".into());
+    };
+    if !services.on_a_thread_of_ours() {
+        return services.fail(abi::BAD_INPUT, "parallel_for: not on a thread of the host".into());
+    }
+    marker::in_service(services.generation, || match marker::current_job() {
+        // A job's own loop runs inline, as the same worker.
+        Some(worker) => (0..count).for_each(|index| {
+            // SAFETY: the plugin says that `job` may be called with `user`.
+            marker::in_plugin(services.generation, || unsafe { job(user, index, worker) });
+        }),
+        // SAFETY: the plugin says that `job` may be called with `user` from several threads; no job runs on this
+        // thread of ours, so it is the control thread.
+        None => unsafe { services.pool.run(count, job, user) },
+    });
+    abi::OK
+}
+
+unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    if out.is_null() || !out.is_aligned() {
+        return services.fail(abi::BAD_INPUT, "scratch: the result's place is NULL or misaligned".into());
+    }
+    if !services.in_step.load(Ordering::Acquire) || marker::current_job().is_some() {
+        return services.fail(abi::BAD_INPUT, "scratch: only in a step, and not in a job".into());
+    }
+    match services.scratch.lock().unwrap_or_else(PoisonError::into_inner).take(bytes, align) {
+        Some(memory) => {
+            // SAFETY: checked above.
+            unsafe { out.write(memory.as_ptr().cast()) };
+            abi::OK
+        }
+        None => services.fail(
+            abi::NO_SPACE,
+            format!(
+                "scratch: {bytes} bytes aligned to {align}: at most {LIMIT} bytes a step, alignments to 4096"
+            ),
+        ),
+    }
+}
+
+unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    if query.is_null() || !query.is_aligned() {
+        return services.fail(abi::BAD_INPUT, "sample_flow: the query is NULL or misaligned".into());
+    }
+    if !services.on_a_thread_of_ours() || !services.in_step.load(Ordering::Acquire) {
+        return services.fail(abi::BAD_INPUT, "sample_flow: only in a step".into());
+    }
+    // SAFETY: checked above; the query lives during the call.
+    let query = unsafe { *query };
+    marker::in_service(services.generation, || services.sample(&query))
+}
+
+/// # Safety
+/// As [`services`].
+unsafe fn unsupported(ctx: *mut c_void, what: &str) -> i32 {
+    // SAFETY: the caller's promise.
+    match unsafe { services(ctx) } {
+        Some(services) => {
+            let version = version_text(abi::VERSION);
+            services
+                .fail(abi::UNSUPPORTED, format!("{what}: this host (reef_sim.h {version}) does not offer it"))
+        }
+        None => abi::BAD_INPUT,
+    }
+}
+
+/// `major.minor` of a version number of the contract.
+pub(crate) fn version_text(version: u32) -> String {
+    format!("{}.{}", version >> 16, version & 0xffff)
+}
+
+unsafe extern "C" fn mesh_create(ctx: *mut c_void, _: *const abi::Mesh, _: *mut u32) -> i32 {
+    // SAFETY: the contract's pointer.
+    unsafe { unsupported(ctx, "mesh_create") }
+}
+
+unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, _: u32) -> i32 {
+    // SAFETY: the contract's pointer.
+    unsafe { unsupported(ctx, "mesh_destroy") }
+}
+
+unsafe extern "C" fn texture_create(ctx: *mut c_void, _: *const abi::Texture, _: *mut u32) -> i32 {
+    // SAFETY: the contract's pointer.
+    unsafe { unsupported(ctx, "texture_create") }
+}
+
+unsafe extern "C" fn texture_destroy(ctx: *mut c_void, _: u32) -> i32 {
+    // SAFETY: the contract's pointer.
+    unsafe { unsupported(ctx, "texture_destroy") }
+}
