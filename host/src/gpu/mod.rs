@@ -1,1 +1,59 @@
 //! Vulkan: device, swapchain, memory, frames in flight, pipelines, barriers. Nothing of the sea.
+//!
+//! A frame from top to bottom:
+//!
+//! 1. [`Frames::begin`] waits for the frame that used the same place before, and gives a [`Frame`];
+//! 2. [`Frame::upload`] takes what changes every frame;
+//! 3. [`Frame::pass`] declares what a pass reads and writes, and records it: [`graph`] derives the barriers;
+//! 4. [`Frame::submit`] gives it to the device.
+//!
+//! What is dropped meanwhile is destroyed when no frame uses it any more; what is left when the context is closed is
+//! reported as leaked, to the [`Canary`] like every message of the validation layers.
+
+pub mod access;
+pub mod barriers;
+mod buffer;
+mod canary;
+mod commands;
+mod context;
+mod device;
+mod embedded;
+mod error;
+mod fault;
+mod frames;
+mod garbage;
+pub mod graph;
+mod image;
+mod instance;
+mod offscreen;
+pub mod packages;
+mod pipeline_cache;
+mod pipelines;
+mod reflect;
+mod ring;
+mod samplers;
+mod shaders;
+mod timestamps;
+mod transfer;
+
+#[cfg(test)]
+mod device_tests;
+
+pub use access::Access;
+pub use buffer::{Buffer, BufferDesc, Memory};
+pub use canary::{Canary, Message, SUPPRESSIONS, Suppression};
+pub use commands::{Cmd, Data, Resource};
+pub use context::{Gpu, GpuOptions};
+pub use device::{DeviceInfo, Optional};
+pub use error::{GpuError, Result};
+pub use fault::{Fault, VARIABLE as FAULT_VARIABLE};
+pub use frames::{Frame, Frames, Signals};
+pub use graph::{DepthLoad, Load, Pass, Touched};
+pub use image::{Image, ImageDesc};
+pub use instance::{Layer, Surface, Validation};
+pub use offscreen::{Picture, Readback};
+pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
+pub use ring::Upload;
+pub use samplers::SamplerDesc;
+pub use shaders::{ShaderFailure, ShaderStore};
+pub use timestamps::{PassTime, Timings};

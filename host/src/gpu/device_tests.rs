@@ -1,0 +1,332 @@
+//! The whole way on a real device (lavapipe counts): computed, drawn and read back exactly, and clean under the
+//! validation layer; and every planted fault is found.
+
+use ash::vk;
+
+use super::*;
+
+/// A context under core and synchronisation validation; None where the machine has no driver or no layer and tests
+/// may be skipped.
+fn open(fault: Option<Fault>) -> Option<Gpu> {
+    let options = GpuOptions { validation: Validation::CoreSync, fault, ..GpuOptions::default() };
+    match Gpu::open(&options) {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var("REEF_REQUIRE").as_deref() == Ok("all") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// Closes the context; what the canary heard until the end.
+fn close(gpu: Gpu) -> Vec<Message> {
+    let canary = gpu.canary();
+    gpu.close();
+    canary.take()
+}
+
+fn storage(gpu: &Gpu, name: &str, words: &[u32]) -> Buffer {
+    gpu.buffer_with(name, vk::BufferUsageFlags::STORAGE_BUFFER, words).expect("a buffer")
+}
+
+fn words(bytes: &[u8]) -> Vec<u32> {
+    bytemuck::pod_collect_to_vec(bytes)
+}
+
+/// Two dependent passes a frame, for several frames: b = 3·a + 1, c = 5·b + 2.
+fn compute_chain(gpu: &Gpu, frames: &mut Frames, count: u32) -> Vec<u32> {
+    let a = storage(gpu, "a", &(0..count).collect::<Vec<_>>());
+    let [b, c] = ["b", "c"].map(|name| storage(gpu, name, &vec![0; count as usize]));
+    let scale = Pipeline::compute(gpu, "selftest_scale.comp", &[]);
+    for _ in 0..5 {
+        let mut frame = frames.begin().expect("a frame");
+        for (name, from, to, constants) in
+            [("first", &a, &b, [count, 3, 1]), ("second", &b, &c, [count, 5, 2])]
+        {
+            frame
+                .pass(name)
+                .read(from, Access::ComputeRead)
+                .write(to, Access::ComputeWrite)
+                .run(|cmd| {
+                    cmd.pipeline(&scale)?;
+                    cmd.bind(&[(0, from.into()), (1, to.into())])?;
+                    cmd.push(&constants)?;
+                    cmd.dispatch_over(count)
+                })
+                .expect("a pass");
+        }
+        frame.submit(Signals::default()).expect("submitted");
+    }
+    frames.wait_all().expect("ended");
+    words(&gpu.read_buffer(&c).expect("read back"))
+}
+
+const SIZE: (u32, u32) = (33, 17);
+
+fn picture(gpu: &Gpu, name: &str) -> Image {
+    let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+        | vk::ImageUsageFlags::SAMPLED
+        | vk::ImageUsageFlags::TRANSFER_SRC;
+    Image::new(gpu, &ImageDesc::new(name, SIZE, vk::Format::R8G8B8A8_UNORM, usage)).expect("an image")
+}
+
+/// Clears to one colour, draws the left half in another, copies all of it through a texture, and fetches the copy.
+fn draw(gpu: &Gpu, frames: &mut Frames) -> Picture {
+    let [first, second] = ["first", "second"].map(|name| picture(gpu, name));
+    let color = [(vk::Format::R8G8B8A8_UNORM, Blend::Replace)];
+    let desc = GraphicsDesc::new("half", "selftest_picture.vert", "selftest_color.frag");
+    let half = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
+    let desc = GraphicsDesc::new("sample", "selftest_picture.vert", "selftest_sample.frag");
+    let sample = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
+    let nearest = SamplerDesc { linear: false, repeat: false, anisotropic: false };
+    let sampler = gpu.sampler(nearest).expect("a sampler");
+    let mut last = None;
+    for _ in 0..3 {
+        let mut frame = frames.begin().expect("a frame");
+        frame
+            .pass("half")
+            .color(&first, Load::Clear([0.0, 1.0, 0.2, 1.0]))
+            .run(|cmd| {
+                cmd.pipeline(&half)?;
+                cmd.push(&[1.0f32, 0.0, 0.4, 1.0])?;
+                cmd.draw(0..6, 0..1);
+                Ok(())
+            })
+            .expect("a pass");
+        frame
+            .pass("sample")
+            .read(&first, Access::FragmentSampled)
+            .color(&second, Load::Clear([0.0, 0.0, 0.0, 1.0]))
+            .run(|cmd| {
+                cmd.pipeline(&sample)?;
+                cmd.bind(&[(0, Resource::Texture(&first, sampler))])?;
+                cmd.draw(0..6, 0..1);
+                Ok(())
+            })
+            .expect("a pass");
+        let readback = frame.read_back(&second).expect("a copy");
+        frame.submit(Signals::default()).expect("submitted");
+        last = Some(readback);
+    }
+    last.expect("three frames").finish(frames).expect("a picture")
+}
+
+#[test]
+fn passes_that_depend_on_one_another_compute_exactly_and_cleanly() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    let result = compute_chain(&gpu, &mut frames, 1000);
+    let expected: Vec<u32> = (0..1000).map(|i| 5 * (3 * i + 1) + 2).collect();
+    assert_eq!(result, expected);
+    let timings = frames.timings();
+    let names: Vec<&str> = timings.passes.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["first", "second"]);
+    assert!(timings.passes.iter().all(|p| p.milliseconds >= 0.0 && p.milliseconds <= timings.milliseconds));
+    drop(frames);
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn a_picture_is_drawn_sampled_and_read_back_exactly_and_cleanly() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    let picture = draw(&gpu, &mut frames);
+    assert_eq!((picture.width, picture.height), SIZE);
+    for y in 0..SIZE.1 {
+        for x in 0..SIZE.0 {
+            // 33 columns: the centre of column 16 lies on the edge at x = 0, which is a right edge and leaves it out.
+            let expected = if x < 16 { [255, 0, 102, 255] } else { [0, 0, 0, 255] };
+            assert_eq!(picture.pixel(x, y), Some(expected), "at {x}, {y}");
+        }
+    }
+    assert_eq!(picture.pixel(SIZE.0, 0), None);
+    drop(frames);
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn a_barrier_that_is_left_out_is_found() {
+    let Some(gpu) = open(Some(Fault::Barrier)) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    compute_chain(&gpu, &mut frames, 64);
+    drop(frames);
+    let messages = close(gpu);
+    assert!(messages.iter().any(|m| m.id.contains("SYNC-HAZARD")), "{messages:?}");
+}
+
+#[test]
+fn a_wrong_layout_is_found() {
+    let Some(gpu) = open(Some(Fault::Layout)) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    draw(&gpu, &mut frames);
+    drop(frames);
+    let messages = close(gpu);
+    let about = |m: &Message| m.text.to_lowercase().contains("layout");
+    assert!(messages.iter().any(about), "{messages:?}");
+}
+
+#[test]
+fn a_leaked_buffer_is_found_by_name_and_by_the_layer() {
+    let Some(gpu) = open(Some(Fault::Leak)) else { return };
+    let messages = close(gpu);
+    assert!(messages.iter().any(|m| m.id == "REEF-leak" && m.text.contains("planted leak")), "{messages:?}");
+    assert!(messages.iter().any(|m| m.id.contains("vkDestroyDevice")), "{messages:?}");
+}
+
+#[test]
+fn a_fault_is_planted_only_under_validation() {
+    let options = GpuOptions { fault: Some(Fault::Leak), ..GpuOptions::default() };
+    match Gpu::open(&options) {
+        Ok(gpu) => assert!(gpu.close().is_empty()),
+        Err(error) => eprintln!("skipped: {error}"),
+    }
+}
+
+#[test]
+fn a_pass_that_uses_what_it_did_not_declare_is_refused() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 1).expect("frames");
+    let a = storage(&gpu, "declared", &[1]);
+    let b = storage(&gpu, "forgotten", &[1]);
+    let scale = Pipeline::compute(&gpu, "selftest_scale.comp", &[]);
+    let mut frame = frames.begin().expect("a frame");
+    let error = frame
+        .pass("careless")
+        .read(&a, Access::ComputeRead)
+        .run(|cmd| {
+            cmd.pipeline(&scale)?;
+            cmd.bind(&[(0, (&a).into()), (1, (&b).into())])
+        })
+        .expect_err("refused");
+    assert!(error.to_string().contains("forgotten"), "{error}");
+    drop(frame);
+    drop((a, b, scale, frames));
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn what_is_dropped_during_a_frame_lives_until_the_frame_has_ended() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 3).expect("frames");
+    for i in 0..12u32 {
+        let mut frame = frames.begin().expect("a frame");
+        let short = Buffer::new(
+            &gpu,
+            &BufferDesc {
+                name: "short-lived",
+                size: 4096,
+                usage: vk::BufferUsageFlags::STORAGE_BUFFER,
+                memory: Memory::Device,
+            },
+        )
+        .expect("a buffer");
+        let data = frame.upload(&vec![i; 1024]).expect("room in the ring");
+        frame
+            .pass("copy")
+            .write(&short, Access::TransferDst)
+            .run(|cmd| cmd.copy(data, &short, 0))
+            .expect("a pass");
+        drop(short);
+        // A blocking upload between must not destroy what the frame still needs.
+        drop(storage(&gpu, "between", &[i]));
+        frame.submit(Signals::default()).expect("submitted");
+    }
+    drop(frames);
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn the_upload_ring_grows_with_what_a_frame_needs_and_keeps_every_byte() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    let most = 3 << 18;
+    let target = Buffer::new(
+        &gpu,
+        &BufferDesc {
+            name: "target",
+            size: 4 * 4 * most as u64,
+            usage: vk::BufferUsageFlags::STORAGE_BUFFER,
+            memory: Memory::Device,
+        },
+    )
+    .expect("a buffer");
+    for round in 0..3u32 {
+        let mut frame = frames.begin().expect("a frame");
+        let pieces: Vec<Upload> = (0..4u32)
+            .map(|piece| {
+                let data: Vec<u32> = (0..most).map(|i| round ^ piece << 24 ^ i).collect();
+                frame.upload(&data).expect("room")
+            })
+            .collect();
+        frame
+            .pass("copy")
+            .write(&target, Access::TransferDst)
+            .run(|cmd| {
+                pieces
+                    .iter()
+                    .enumerate()
+                    .try_for_each(|(i, piece)| cmd.copy(*piece, &target, i as u64 * 4 * u64::from(most)))
+            })
+            .expect("a pass");
+        frame.submit(Signals::default()).expect("submitted");
+    }
+    frames.wait_all().expect("ended");
+    let result = words(&gpu.read_buffer(&target).expect("read back"));
+    let expected: Vec<u32> =
+        (0..4u32).flat_map(|piece| (0..most).map(move |i| 2 ^ piece << 24 ^ i)).collect();
+    assert!(result == expected, "a byte of the last round is wrong");
+    drop((frames, target));
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn a_replaced_shader_is_drawn_with_from_the_next_frame_on_and_a_broken_one_is_not() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 2).expect("frames");
+    let pipeline = Pipeline::compute(&gpu, "selftest_scale.comp", &[]);
+    pipeline.prepare().expect("made");
+    let (_, spirv) = embedded::SHADERS.iter().find(|(n, _)| *n == "selftest_scale.comp").expect("embedded");
+    gpu.shaders().replace("selftest_scale.comp", spirv).expect("replaced");
+    pipeline.prepare().expect("re-made");
+    assert!(gpu.shaders().failures().is_empty());
+    // A vertex shader under a compute shader's name: readable SPIR-V, but no pipeline comes of it.
+    let (_, wrong) = embedded::SHADERS.iter().find(|(n, _)| n.ends_with(".vert")).expect("embedded");
+    gpu.shaders().replace("selftest_scale.comp", wrong).expect("readable");
+    pipeline.prepare().expect("the old one stays");
+    assert_eq!(gpu.shaders().failures().len(), 1);
+    let result = compute_chain(&gpu, &mut frames, 8);
+    drop((frames, pipeline));
+    assert_eq!(close(gpu), []);
+    drop(result);
+}
+
+#[test]
+fn an_image_of_no_size_or_beyond_the_devices_limit_is_refused() {
+    let Some(gpu) = open(None) else { return };
+    for size in [(0, 1), (1, 0), (u32::MAX, 1)] {
+        let usage = vk::ImageUsageFlags::SAMPLED;
+        let desc = ImageDesc::new("absurd", size, vk::Format::R8G8B8A8_UNORM, usage);
+        assert!(Image::new(&gpu, &desc).is_err(), "{size:?}");
+    }
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn a_texture_is_filled_with_all_its_levels_and_read_back() {
+    let Some(gpu) = open(None) else { return };
+    let usage =
+        vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC;
+    let desc = ImageDesc { mips: 4, ..ImageDesc::new("texture", (8, 8), vk::Format::R8G8B8A8_UNORM, usage) };
+    let texture = Image::new(&gpu, &desc).expect("an image");
+    let pixels: Vec<u8> = (0..8 * 8 * 4).map(|i| i as u8).collect();
+    gpu.write_image(&texture, &pixels).expect("filled");
+    assert!(gpu.write_image(&texture, &pixels[1..]).is_err(), "a byte is missing");
+    let mut frames = Frames::new(&gpu, 1).expect("frames");
+    let mut frame = frames.begin().expect("a frame");
+    let readback = frame.read_back(&texture).expect("a copy");
+    frame.submit(Signals::default()).expect("submitted");
+    assert_eq!(readback.finish(&mut frames).expect("a picture").rgba, pixels);
+    drop((frames, texture));
+    assert_eq!(close(gpu), []);
+}

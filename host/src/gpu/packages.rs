@@ -1,0 +1,106 @@
+//! What has to be installed for what, and the command that does it. The table is `tools/packages.json`, which the
+//! set-up command reads, too.
+
+use std::collections::BTreeMap;
+
+/// Packages of one purpose, by package manager.
+#[derive(Clone, Debug, serde::Deserialize)]
+pub struct Purpose {
+    /// What they are for.
+    pub why: String,
+    /// Debian, Ubuntu.
+    pub apt: Vec<String>,
+    /// Fedora.
+    pub dnf: Vec<String>,
+    /// Arch.
+    pub pacman: Vec<String>,
+    /// macOS.
+    pub brew: Vec<String>,
+}
+
+/// Package managers with the command that installs.
+const MANAGERS: [(&str, &str); 4] = [
+    ("apt-get", "sudo apt-get install -y"),
+    ("dnf", "sudo dnf install -y"),
+    ("pacman", "sudo pacman -S --needed"),
+    ("brew", "brew install"),
+];
+
+/// The whole table.
+pub fn table() -> BTreeMap<String, Purpose> {
+    // A test parses the committed table, so that this is never empty in a build that passed.
+    serde_json::from_str(include_str!("../../../tools/packages.json")).unwrap_or_default()
+}
+
+/// One command for each package manager that is here; for all of them where none is.
+pub fn commands(purposes: &[&str]) -> Vec<String> {
+    commands_for(purposes, &|manager| on_path(manager).is_some())
+}
+
+fn commands_for(purposes: &[&str], is_here: &dyn Fn(&str) -> bool) -> Vec<String> {
+    let table = table();
+    let all = |known: bool| -> Vec<String> {
+        MANAGERS
+            .iter()
+            .filter(|(manager, _)| !known || is_here(manager))
+            .filter_map(|(manager, command)| {
+                let mut names: Vec<&str> = Vec::new();
+                for purpose in purposes.iter().filter_map(|purpose| table.get(*purpose)) {
+                    let list = match *manager {
+                        "apt-get" => &purpose.apt,
+                        "dnf" => &purpose.dnf,
+                        "pacman" => &purpose.pacman,
+                        _ => &purpose.brew,
+                    };
+                    for name in list {
+                        if !names.contains(&name.as_str()) {
+                            names.push(name);
+                        }
+                    }
+                }
+                (!names.is_empty()).then(|| format!("{command} {}", names.join(" ")))
+            })
+            .collect()
+    };
+    let here = all(true);
+    if here.is_empty() { all(false) } else { here }
+}
+
+/// A sentence that tells a person what to type.
+pub fn advice(purposes: &[&str]) -> String {
+    format!("install it with:\n  {}", commands(purposes).join("\nor\n  "))
+}
+
+/// Where a program lies that PATH reaches.
+pub fn on_path(program: &str) -> Option<std::path::PathBuf> {
+    let paths = std::env::var_os("PATH")?;
+    std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_of_packages_parses_and_names_something_for_each_purpose() {
+        let table: BTreeMap<String, Purpose> =
+            serde_json::from_str(include_str!("../../../tools/packages.json")).expect("tools/packages.json");
+        for (purpose, packages) in &table {
+            assert!(!packages.why.is_empty() && !packages.apt.is_empty(), "{purpose}");
+        }
+        for used in ["run", "validate", "window", "window-tests", "video", "shaders"] {
+            assert!(table.contains_key(used), "{used} is used by the code");
+        }
+    }
+
+    #[test]
+    fn a_machine_gets_the_command_of_its_own_package_manager() {
+        let apt = commands_for(&["run"], &|m| m == "apt-get");
+        assert_eq!(apt, ["sudo apt-get install -y libvulkan1 mesa-vulkan-drivers"]);
+    }
+
+    #[test]
+    fn an_unknown_machine_gets_the_commands_of_all_package_managers() {
+        assert_eq!(commands_for(&["run"], &|_| false).len(), MANAGERS.len());
+    }
+}

@@ -1,0 +1,88 @@
+//! The upload ring of a frame: memory that the program writes and the device reads, taken anew every frame.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{
+    buffer::{Buffer, BufferDesc, Memory},
+    context::Shared,
+    error::{GpuError, Result},
+};
+
+/// First size of a frame's ring in bytes; it grows to what a frame needs.
+const FIRST_BYTES: u64 = 1 << 20;
+
+/// A piece of the ring, valid until the frame has ended. It can be bound as any kind of buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct Upload {
+    pub(crate) buffer: vk::Buffer,
+    /// In bytes, from the buffer's beginning.
+    pub offset: u64,
+    /// In bytes.
+    pub size: u64,
+}
+
+/// One frame's memory: the chunk that is being filled, and full ones.
+pub(crate) struct Ring {
+    shared: Arc<Shared>,
+    chunks: Vec<Buffer>,
+    used: u64,
+}
+
+impl Ring {
+    pub(crate) fn new(shared: &Arc<Shared>) -> Ring {
+        Ring { shared: shared.clone(), chunks: Vec::new(), used: 0 }
+    }
+
+    /// The frame that used it has ended: everything is free again. After a frame that needed several chunks there is
+    /// one that holds all.
+    pub(crate) fn reset(&mut self) -> Result<()> {
+        self.used = 0;
+        if self.chunks.len() > 1 {
+            let total: u64 = self.chunks.iter().map(Buffer::size).sum();
+            self.chunks.clear();
+            self.grow(total)?;
+        }
+        Ok(())
+    }
+
+    /// Copies bytes to where the device reads them.
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<Upload> {
+        let size = bytes.len() as u64;
+        let limits = &self.shared.info.limits;
+        let alignment = limits
+            .min_storage_buffer_offset_alignment
+            .max(limits.min_uniform_buffer_offset_alignment)
+            .max(limits.optimal_buffer_copy_offset_alignment)
+            .max(16);
+        let mut offset = self.used.next_multiple_of(alignment);
+        let room = self.chunks.last().map_or(0, Buffer::size);
+        if size > room.saturating_sub(offset) || self.chunks.is_empty() {
+            self.grow(room.saturating_mul(2).max(size.next_power_of_two()).max(FIRST_BYTES))?;
+            offset = 0;
+        }
+        let chunk = self.chunks.last().ok_or_else(|| GpuError::Resource {
+            name: "upload ring".to_owned(),
+            reason: "it has no chunk".to_owned(),
+        })?;
+        chunk.write(offset, bytes)?;
+        self.used = offset + size;
+        // A descriptor of no bytes is not allowed.
+        Ok(Upload { buffer: chunk.raw(), offset, size: size.max(4).min(chunk.size() - offset) })
+    }
+
+    fn grow(&mut self, size: u64) -> Result<()> {
+        use vk::BufferUsageFlags as U;
+        let usage = U::STORAGE_BUFFER
+            | U::UNIFORM_BUFFER
+            | U::VERTEX_BUFFER
+            | U::INDEX_BUFFER
+            | U::INDIRECT_BUFFER
+            | U::TRANSFER_SRC;
+        let desc = BufferDesc { name: "upload ring", size, usage, memory: Memory::Upload };
+        self.chunks.push(Buffer::with_shared(&self.shared, &desc)?);
+        self.used = 0;
+        Ok(())
+    }
+}
