@@ -126,6 +126,7 @@ fn inspect(
         let required = [
             (f13.dynamic_rendering, "dynamicRendering"),
             (f13.synchronization2, "synchronization2"),
+            (f13.maintenance4, "maintenance4"),
             (f12.scalar_block_layout, "scalarBlockLayout"),
             (f10.multi_draw_indirect, "multiDrawIndirect"),
             (f10.draw_indirect_first_instance, "drawIndirectFirstInstance"),
@@ -273,8 +274,10 @@ pub(crate) fn create(instance: &Instance, info: &DeviceInfo, with_swapchain: boo
     let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
         .scalar_block_layout(true)
         .draw_indirect_count(o.draw_indirect_count);
-    let mut f13 =
-        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut f13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true);
     let queue = vk::DeviceQueueCreateInfo::default().queue_family_index(info.family).queue_priorities(&[1.0]);
     let queues = [queue];
     let create = vk::DeviceCreateInfo::default()

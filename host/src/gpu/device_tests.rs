@@ -295,10 +295,24 @@ fn a_replaced_shader_is_drawn_with_from_the_next_frame_on_and_a_broken_one_is_no
     gpu.shaders().replace("selftest_scale.comp", wrong).expect("readable");
     pipeline.prepare().expect("the old one stays");
     assert_eq!(gpu.shaders().failures().len(), 1);
-    let result = compute_chain(&gpu, &mut frames, 8);
-    drop((frames, pipeline));
+    let mut frame = frames.begin().expect("a frame");
+    let [a, b] = [&[7u32], &[0]].map(|words| storage(&gpu, "one word", words));
+    frame
+        .pass("with the old one")
+        .read(&a, Access::ComputeRead)
+        .write(&b, Access::ComputeWrite)
+        .run(|cmd| {
+            cmd.pipeline(&pipeline)?;
+            cmd.bind(&[(0, (&a).into()), (1, (&b).into())])?;
+            cmd.push(&[1u32, 10, 1])?;
+            cmd.dispatch_over(1)
+        })
+        .expect("a pass");
+    frame.submit(Signals::default()).expect("submitted");
+    frames.wait_all().expect("ended");
+    assert_eq!(words(&gpu.read_buffer(&b).expect("read back")), [71]);
+    drop((frames, pipeline, a, b));
     assert_eq!(close(gpu), []);
-    drop(result);
 }
 
 #[test]

@@ -34,6 +34,9 @@ impl Interface {
     }
 }
 
+/// Types deeper than this are damaged, or contain themselves.
+const MOST_NESTING: u32 = 6;
+
 const MAGIC: u32 = 0x0723_0203;
 
 /// Words of a SPIR-V file of either byte order's right one.
@@ -75,6 +78,8 @@ enum Type {
 struct Module {
     stages: vk::ShaderStageFlags,
     group: [u32; 3],
+    /// The same as constants' identities, which are declared later.
+    group_ids: Option<[u32; 3]>,
     decorations: HashMap<u32, Decorations>,
     /// (structure, member) → offset and matrix stride.
     members: HashMap<(u32, u32), (u32, u32)>,
@@ -94,7 +99,7 @@ pub fn reflect(words: &[u32]) -> Result<Interface, String> {
     for &(pointer, id, class) in &module.variables {
         let Some(Type::Pointer(pointee)) = module.types.get(&pointer) else { continue };
         if class == 9 {
-            interface.push_size = interface.push_size.max(module.size(*pointee)?.next_multiple_of(4));
+            interface.push_size = interface.push_size.max(module.size(*pointee, 0)?);
             continue;
         }
         let Some(Decorations { binding: Some(binding), set, .. }) = module.decorations.get(&id) else {
@@ -103,7 +108,7 @@ pub fn reflect(words: &[u32]) -> Result<Interface, String> {
         if *set != 0 {
             return Err(format!("descriptor set {set}: only set 0 is used"));
         }
-        let (kind, count) = module.descriptor(*pointee, class)?;
+        let (kind, count) = module.descriptor(*pointee, class, 0)?;
         interface.bindings.insert(*binding, (kind, count));
     }
     Ok(interface)
@@ -129,6 +134,7 @@ fn parse(words: &[u32]) -> Result<Module, String> {
                 };
             }
             (16, [_, 17, x, y, z]) => module.group = [*x, *y, *z],
+            (331, [_, 38, x, y, z]) => module.group_ids = Some([*x, *y, *z]),
             (71, [target, decoration, rest @ ..]) => {
                 let entry = module.decorations.entry(*target).or_default();
                 match (decoration, rest) {
@@ -165,17 +171,20 @@ fn parse(words: &[u32]) -> Result<Module, String> {
             _ => {}
         }
     }
+    if let Some(ids) = module.group_ids {
+        module.group = ids.map(|id| module.constants.get(&id).copied().unwrap_or(1));
+    }
     Ok(module)
 }
 
 impl Module {
-    fn descriptor(&self, id: u32, class: u32) -> Result<(vk::DescriptorType, u32), String> {
+    fn descriptor(&self, id: u32, class: u32, depth: u32) -> Result<(vk::DescriptorType, u32), String> {
         use vk::DescriptorType as D;
         let block = |id: u32| self.decorations.get(&id).is_some_and(|d| d.buffer_block);
         match self.types.get(&id) {
-            Some(Type::Array(of, length)) => {
+            Some(Type::Array(of, length)) if depth < MOST_NESTING => {
                 let length = self.constants.get(length).copied().unwrap_or(1);
-                let (kind, inner) = self.descriptor(*of, class)?;
+                let (kind, inner) = self.descriptor(*of, class, depth + 1)?;
                 Ok((kind, length.saturating_mul(inner)))
             }
             Some(Type::Struct(_)) if class == 12 || block(id) => Ok((D::STORAGE_BUFFER, 1)),
@@ -189,15 +198,19 @@ impl Module {
     }
 
     /// In bytes, without padding at the end.
-    fn size(&self, id: u32) -> Result<u32, String> {
+    fn size(&self, id: u32, depth: u32) -> Result<u32, String> {
+        if depth > MOST_NESTING {
+            return Err("types nested too deeply".to_owned());
+        }
+        let deeper = depth + 1;
         let stride = self.decorations.get(&id).map_or(0, |d| d.array_stride);
         match self.types.get(&id) {
             Some(Type::Scalar(bytes)) => Ok(*bytes),
             Some(Type::Vector(of, count) | Type::Matrix(of, count)) => {
-                Ok(self.size(*of)?.saturating_mul(*count))
+                Ok(self.size(*of, deeper)?.saturating_mul(*count))
             }
             Some(Type::Array(of, length)) => {
-                let stride = if stride == 0 { self.size(*of)? } else { stride };
+                let stride = if stride == 0 { self.size(*of, deeper)? } else { stride };
                 Ok(stride.saturating_mul(self.constants.get(length).copied().unwrap_or(1)))
             }
             Some(Type::Struct(members)) => {
@@ -207,7 +220,7 @@ impl Module {
                         self.members.get(&(id, member as u32)).copied().unwrap_or_default();
                     let size = match self.types.get(of) {
                         Some(Type::Matrix(_, columns)) if matrix > 0 => matrix.saturating_mul(*columns),
-                        _ => self.size(*of)?,
+                        _ => self.size(*of, deeper)?,
                     };
                     end = end.max(offset.saturating_add(size));
                 }
