@@ -7,6 +7,7 @@
 pub mod app;
 pub mod cli;
 pub mod failure;
+pub mod files;
 pub mod gpu;
 pub mod headless;
 pub mod log;

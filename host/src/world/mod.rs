@@ -1,11 +1,27 @@
-//! The sea itself: scene, clock, flow, terrain, journal, and the frames that steps produce.
+//! The sea itself: [`scene`] reads a file; [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`]
+//! (keyframed flow), over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
+//! in the step before (`exchange`); each step is a [`frame`], of which a [`timeline`] keeps the last two.
+//! [`state`] saves and loads all of it; [`record`] and [`hash`] write down what happened.
 
 pub mod assets;
 pub mod camera;
+pub mod catalogue;
+pub mod clock;
 pub mod environment;
+mod exchange;
 pub mod frame;
+pub mod hash;
+pub mod journal;
 pub mod random;
+pub mod record;
 pub mod scene;
+pub mod sea;
 pub mod setting;
+pub mod state;
 pub mod terrain;
+pub mod timeline;
 pub mod water;
+
+pub use exchange::foreign_id;
+pub use sea::{Options, World, WorldError};
+pub use timeline::{Blend, Timeline};

@@ -1,0 +1,196 @@
+//! What modules tell one another: flow and actors of the step before, in an order that depends on the scene only.
+//!
+//! An object's id is unique within its module. What one module hears of another's objects carries the module's number in
+//! the id's highest bits, so that no object takes a stranger's flow for its own; its own ids come back as it gave them.
+
+use std::sync::Arc;
+
+use reef_abi as abi;
+
+use super::water::Objects;
+use crate::plugin::streams::Outputs;
+
+/// Bits of an id below the number of the module.
+const MODULE_SHIFT: u32 = 48;
+
+/// The id by which other modules know an object.
+pub fn foreign_id(module: usize, object: u64) -> u64 {
+    if object == 0 { 0 } else { object ^ ((module as u64 + 1) << MODULE_SHIFT) }
+}
+
+/// What one module emitted in the last step and others may know.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Said {
+    pub(super) flows: Vec<abi::Flow>,
+    pub(super) actors: Vec<abi::Actor>,
+    /// Ids and origins of its objects.
+    pub(super) objects: Vec<(u64, [f64; 3])>,
+}
+
+/// Everything that was said in the last step, and what of it each module hears.
+#[derive(Debug, Default)]
+pub(super) struct Exchange {
+    pub(super) said: Vec<Said>,
+    /// The scene's own primitives, then all modules', by foreign ids.
+    all: Arc<Vec<abi::Flow>>,
+    retired: Vec<Arc<Vec<abi::Flow>>>,
+    /// How many of them are the scene's.
+    own: usize,
+    /// Where each module's begin in `all`, and an end.
+    starts: Vec<usize>,
+    actors: Vec<abi::Actor>,
+    actor_starts: Vec<usize>,
+    /// `all` with one module's own ids, for those modules that emitted flow.
+    heard: Vec<Vec<abi::Flow>>,
+    actors_heard: Vec<Vec<abi::Actor>>,
+}
+
+impl Exchange {
+    pub(super) fn new(modules: usize) -> Self {
+        Self {
+            said: vec![Said::default(); modules],
+            heard: vec![Vec::new(); modules],
+            actors_heard: vec![Vec::new(); modules],
+            ..Self::default()
+        }
+    }
+
+    /// Nothing was said.
+    pub(super) fn clear(&mut self) {
+        for said in &mut self.said {
+            said.flows.clear();
+            said.actors.clear();
+            said.objects.clear();
+        }
+    }
+
+    /// An empty list for the scene's own primitives.
+    pub(super) fn begin(&mut self) -> Vec<abi::Flow> {
+        let mut list = Vec::new();
+        for at in 0..self.retired.len() {
+            if let Some(old) = Arc::get_mut(&mut self.retired[at]) {
+                list = std::mem::take(old);
+                self.retired.swap_remove(at);
+                break;
+            }
+        }
+        list.clear();
+        list
+    }
+
+    /// Adds what the modules said in the step before to the scene's own primitives, and makes everyone's lists.
+    pub(super) fn share(&mut self, mut flow: Vec<abi::Flow>) {
+        self.own = flow.len();
+        self.starts.clear();
+        self.actor_starts.clear();
+        self.actors.clear();
+        for (module, said) in self.said.iter().enumerate() {
+            self.starts.push(flow.len());
+            self.actor_starts.push(self.actors.len());
+            flow.extend(said.flows.iter().map(|flow| abi::Flow { owner: foreign_id(module, flow.owner), ..*flow }));
+            self.actors.extend(said.actors.iter().map(|actor| abi::Actor {
+                id: foreign_id(module, actor.id),
+                parent: foreign_id(module, actor.parent),
+                ..*actor
+            }));
+        }
+        self.starts.push(flow.len());
+        self.actor_starts.push(self.actors.len());
+        for (module, said) in self.said.iter().enumerate() {
+            let heard = &mut self.heard[module];
+            heard.clear();
+            if self.starts[module] < self.starts[module + 1] {
+                heard.extend_from_slice(&flow);
+                heard[self.starts[module]..self.starts[module + 1]].copy_from_slice(&said.flows);
+            }
+            let heard = &mut self.actors_heard[module];
+            heard.clear();
+            if !said.actors.is_empty() {
+                heard.extend_from_slice(&self.actors);
+                heard[self.actor_starts[module]..self.actor_starts[module + 1]].copy_from_slice(&said.actors);
+            }
+        }
+        let old = std::mem::replace(&mut self.all, Arc::new(flow));
+        if self.retired.len() < 8 {
+            self.retired.push(old);
+        }
+    }
+
+    /// The sea's flow as a module hears it.
+    pub(super) fn flow_for(&self, module: usize) -> &[abi::Flow] {
+        match self.heard.get(module) {
+            Some(heard) if !heard.is_empty() => heard,
+            _ => &self.all,
+        }
+    }
+
+    /// The actors as a module hears of them.
+    pub(super) fn actors_for(&self, module: usize) -> &[abi::Actor] {
+        match self.actors_heard.get(module) {
+            Some(heard) if !heard.is_empty() => heard,
+            _ => &self.actors,
+        }
+    }
+
+    /// The sea's flow, as the last step felt it.
+    pub(super) fn all(&self) -> Arc<Vec<abi::Flow>> {
+        self.all.clone()
+    }
+
+    /// Remembers what the modules said in this step.
+    pub(super) fn take<'a>(&mut self, outputs: impl Iterator<Item = &'a Outputs>) {
+        for (said, outputs) in self.said.iter_mut().zip(outputs) {
+            said.flows.clear();
+            said.flows.extend_from_slice(&outputs.flows);
+            said.actors.clear();
+            said.actors.extend_from_slice(&outputs.actors);
+            said.objects.clear();
+            said.objects.extend(outputs.objects.iter().map(|object| (object.id, object.origin)));
+        }
+    }
+}
+
+impl Objects for Exchange {
+    fn find(&self, module: usize, object: u64) -> Option<([f64; 3], u64)> {
+        let objects = &self.said.get(module)?.objects;
+        let (_, origin) = objects.iter().find(|(id, _)| *id == object)?;
+        Some((*origin, foreign_id(module, object)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flow(owner: u64, strength: f32) -> abi::Flow {
+        abi::Flow { owner, strength, ..abi::Flow::default() }
+    }
+
+    #[test]
+    fn a_module_knows_its_own_ids_and_never_takes_a_strangers_for_its_own() {
+        let mut exchange = Exchange::new(3);
+        exchange.said[0].flows = vec![flow(1, 10.0)];
+        exchange.said[1].flows = vec![flow(1, 20.0), flow(2, 21.0)];
+        let mut own = exchange.begin();
+        own.push(flow(0, 1.0));
+        exchange.share(own);
+        for module in 0..3 {
+            let heard: Vec<f32> = exchange.flow_for(module).iter().map(|flow| flow.strength).collect();
+            assert_eq!(heard, [1.0, 10.0, 20.0, 21.0], "the order is the same for all");
+        }
+        let owners = |module: usize| exchange.flow_for(module).iter().map(|flow| flow.owner).collect::<Vec<_>>();
+        assert_eq!(owners(0), [0, 1, foreign_id(1, 1), foreign_id(1, 2)]);
+        assert_eq!(owners(1), [0, foreign_id(0, 1), 1, 2]);
+        assert_eq!(owners(2), [0, foreign_id(0, 1), foreign_id(1, 1), foreign_id(1, 2)]);
+        assert_ne!(foreign_id(0, 1), foreign_id(1, 1));
+    }
+
+    #[test]
+    fn objects_are_found_by_module_and_id() {
+        let mut exchange = Exchange::new(2);
+        exchange.said[1].objects = vec![(7, [1.0, 2.0, 3.0])];
+        assert_eq!(exchange.find(1, 7), Some(([1.0, 2.0, 3.0], foreign_id(1, 7))));
+        assert_eq!(exchange.find(0, 7), None);
+        assert_eq!(exchange.find(9, 7), None);
+    }
+}
