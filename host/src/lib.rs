@@ -11,6 +11,7 @@ pub mod files;
 pub mod gpu;
 pub mod headless;
 pub mod log;
+pub mod open;
 pub mod plugin;
 pub mod render;
 pub mod world;

@@ -1,11 +1,15 @@
-//! `reef scene`: errors without running, and the JSON Schema for editors.
+//! `reef scene`: errors without running, the JSON Schema for editors, the reference for people.
+
+use std::path::PathBuf;
+
+use serde_json::json;
 
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    open::{self, say},
+    world::scene::{reference, schema},
 };
-
-use std::path::PathBuf;
 
 /// Options of `reef scene`.
 #[derive(clap::Args, Clone, Debug)]
@@ -20,16 +24,54 @@ pub struct Args {
 pub enum Command {
     /// Checks scenes without running them.
     Check {
-        /// Scenes to check.
+        /// Scenes to check: files, or names of those in assets/scenes.
         #[arg(required = true)]
         scenes: Vec<PathBuf>,
     },
-    /// Prints the JSON Schema of scenes.
+    /// Prints the JSON Schema of scenes, with the tables of all plugins that are found.
     Schema,
+    /// Prints the reference of all keys as Markdown (assets/scenes/README.md).
+    Reference,
 }
 
 /// Runs the subcommand.
 pub fn run(common: &Common, args: &Args) -> Outcome {
-    let _ = (common, args);
-    Err(Failure::machine(miette::miette!("not built yet")))
+    let plugins = open::plugins(common)?;
+    match &args.command {
+        Command::Check { scenes } => {
+            let mut answers = Vec::new();
+            let mut failed = None;
+            for path in scenes {
+                match open::scene(common, path, &plugins) {
+                    Ok(scene) if common.json => {
+                        answers.push(json!({ "scene": path, "ok": true, "name": scene.name }));
+                    }
+                    Ok(_) => say(format_args!("{}: fine", path.display())),
+                    Err(failure) => {
+                        if common.json {
+                            answers.push(json!({ "scene": path, "ok": false, "error": failure.to_string() }));
+                        }
+                        // The last failure ends the command; those before it are told here.
+                        if let Some(before) = failed.replace(failure) {
+                            eprintln!("{:?}", before.report);
+                        }
+                    }
+                }
+            }
+            if common.json {
+                say(json!(answers));
+            }
+            failed.map_or(Ok(()), Err)
+        }
+        Command::Schema => {
+            let text = serde_json::to_string_pretty(&schema::merged(plugins.infos().map(|info| &**info)));
+            say(text.map_err(|error| Failure::input(miette::miette!("{error}")))?);
+            Ok(())
+        }
+        Command::Reference => {
+            let text = reference::markdown(plugins.infos().map(|info| &**info));
+            say(text.trim_end());
+            Ok(())
+        }
+    }
 }

@@ -11,7 +11,8 @@ impl Catalogue for Registry {
         // A file of that name that was refused says more than "there is none".
         let name = id.rsplit('.').next().unwrap_or(id).replace('-', "_");
         let refused = self.refused().iter().find(|refused| {
-            let stem = refused.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+            let stem =
+                refused.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
             stem.rsplit(['_', '-']).next() == Some(name.as_str())
         });
         match refused {

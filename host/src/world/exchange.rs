@@ -87,7 +87,9 @@ impl Exchange {
         for (module, said) in self.said.iter().enumerate() {
             self.starts.push(flow.len());
             self.actor_starts.push(self.actors.len());
-            flow.extend(said.flows.iter().map(|flow| abi::Flow { owner: foreign_id(module, flow.owner), ..*flow }));
+            flow.extend(
+                said.flows.iter().map(|flow| abi::Flow { owner: foreign_id(module, flow.owner), ..*flow }),
+            );
             self.actors.extend(said.actors.iter().map(|actor| abi::Actor {
                 id: foreign_id(module, actor.id),
                 parent: foreign_id(module, actor.parent),
@@ -178,7 +180,8 @@ mod tests {
             let heard: Vec<f32> = exchange.flow_for(module).iter().map(|flow| flow.strength).collect();
             assert_eq!(heard, [1.0, 10.0, 20.0, 21.0], "the order is the same for all");
         }
-        let owners = |module: usize| exchange.flow_for(module).iter().map(|flow| flow.owner).collect::<Vec<_>>();
+        let owners =
+            |module: usize| exchange.flow_for(module).iter().map(|flow| flow.owner).collect::<Vec<_>>();
         assert_eq!(owners(0), [0, 1, foreign_id(1, 1), foreign_id(1, 2)]);
         assert_eq!(owners(1), [0, foreign_id(0, 1), 1, 2]);
         assert_eq!(owners(2), [0, foreign_id(0, 1), foreign_id(1, 1), foreign_id(1, 2)]);

@@ -191,10 +191,13 @@ impl Journal {
         let fail = |line: usize, problem: String| JournalError::Line { path: path.to_owned(), line, problem };
         let mut lines = text.lines().enumerate();
         let first = lines.next().ok_or_else(|| fail(1, "the journal is empty".to_owned()))?.1;
-        let header: Header =
-            serde_json::from_str(first).map_err(|error| fail(1, format!("this is no journal's first line: {error}")))?;
+        let header: Header = serde_json::from_str(first)
+            .map_err(|error| fail(1, format!("this is no journal's first line: {error}")))?;
         if header.reef_journal != FORMAT {
-            return Err(fail(1, format!("journal format {}; this program reads {FORMAT}", header.reef_journal)));
+            return Err(fail(
+                1,
+                format!("journal format {}; this program reads {FORMAT}", header.reef_journal),
+            ));
         }
         let mut journal = Self { end: header.from_step, header, entries: Vec::new() };
         let mut ended = false;
@@ -269,7 +272,11 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         let told = |text: &str| Journal::parse(Path::new("j"), text).unwrap_err().to_string();
         assert!(told("").starts_with("j:1: the journal is empty"));
-        assert!(told(&lines[..3].join("\n")).starts_with("j:3: the journal has no end"), "{}", told(&lines[..3].join("\n")));
+        assert!(
+            told(&lines[..3].join("\n")).starts_with("j:3: the journal has no end"),
+            "{}",
+            told(&lines[..3].join("\n"))
+        );
         assert!(told("hello\n").starts_with("j:1: this is no journal's first line"));
         let newer = text.replace("\"reef_journal\":1", "\"reef_journal\":2");
         assert_eq!(told(&newer), "j:1: journal format 2; this program reads 1");

@@ -24,7 +24,9 @@ use super::{
 };
 use crate::{
     files::WriteError,
-    plugin::{Heightfield, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus, streams::Outputs},
+    plugin::{
+        Heightfield, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus, streams::Outputs,
+    },
 };
 
 /// Frames that are kept for reuse.
@@ -152,7 +154,8 @@ impl World {
         let seed = options.seed.unwrap_or(scene.file.scene.seed);
         let mut members = Vec::with_capacity(scene.modules.len());
         for module in &scene.modules {
-            let plugin = plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
+            let plugin =
+                plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
             let made = plugin.create(&module.create_json(&scene, seed));
             let instance = made.map_err(|error| match error {
                 PluginError::Config { path, message, .. } => {
@@ -284,7 +287,9 @@ impl World {
     /// Changes a parameter with the next step. False: there is no such parameter, or the value is outside of its range.
     pub fn set_param(&mut self, module: usize, id: u32, value: f64) -> bool {
         let Some(member) = self.members.get(module) else { return false };
-        let Some(param) = member.instance.info().params.iter().find(|param| param.id == id) else { return false };
+        let Some(param) = member.instance.info().params.iter().find(|param| param.id == id) else {
+            return false;
+        };
         if !(param.minimum..=param.maximum).contains(&value) {
             return false;
         }
@@ -354,12 +359,18 @@ impl World {
             return differs("the step", format!("{} s", header.dt), format!("{} s", self.clock.dt));
         }
         if header.from_step > self.clock.step {
-            return Err(format!("the journal begins at step {}, this run is at step {}", header.from_step, self.clock.step));
+            return Err(format!(
+                "the journal begins at step {}, this run is at step {}",
+                header.from_step, self.clock.step
+            ));
         }
         for entry in &journal.entries {
             if let Input::Param(param) = &entry.input {
                 if !self.members.iter().any(|member| member.name == param.module) {
-                    return Err(format!("the journal names the module {:?}, which this scene has not", param.module));
+                    return Err(format!(
+                        "the journal names the module {:?}, which this scene has not",
+                        param.module
+                    ));
                 }
             }
         }
@@ -462,7 +473,8 @@ impl World {
     fn run(&mut self, dt: f64) {
         let step = self.clock.step;
         let time = self.clock.time();
-        let pose = self.hand_camera.and_then(|camera| camera.pose()).unwrap_or_else(|| self.camera.pose(time));
+        let pose =
+            self.hand_camera.and_then(|camera| camera.pose()).unwrap_or_else(|| self.camera.pose(time));
         let camera = self.camera.raw(&pose);
         self.waves.clear();
         if !self.scene.file.wave.is_empty() {
@@ -485,7 +497,8 @@ impl World {
             columns: terrain.columns,
             rows: terrain.rows,
         });
-        let flags = if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
+        let flags =
+            if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
         let mut told = Vec::new();
         for (at, member) in self.members.iter_mut().enumerate() {
             let input = StepInput {
@@ -506,7 +519,10 @@ impl World {
             let report = member.instance.step(&input, &member.events);
             let standing = matches!(report.status, StepStatus::Failed | StepStatus::Standing);
             if (standing && !member.standing) || report.status == StepStatus::Discarded {
-                told.push((member.name.clone(), report.message.unwrap_or_else(|| "it stands still".to_owned())));
+                told.push((
+                    member.name.clone(),
+                    report.message.unwrap_or_else(|| "it stands still".to_owned()),
+                ));
             }
             member.standing = standing;
         }

@@ -40,7 +40,15 @@ impl Timeline {
     /// A sea at its present step.
     pub fn new(world: World) -> Self {
         let frame = world.frame().clone();
-        Self { world, paused: false, speed: 1.0, previous: frame.clone(), current: frame, surplus: 0.0, behind: None }
+        Self {
+            world,
+            paused: false,
+            speed: 1.0,
+            previous: frame.clone(),
+            current: frame,
+            surplus: 0.0,
+            behind: None,
+        }
     }
 
     /// Times real time.

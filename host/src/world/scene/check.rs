@@ -466,6 +466,11 @@ fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
             {
                 return format!("a table with `{tag}` = {}", quoted(&values));
             }
+            let named: Option<Vec<&Json>> =
+                choices.iter().map(|choice| deref(root, choice).get("const")).collect();
+            if let Some(named) = named {
+                return one_of(&named);
+            }
             let mut words: Vec<String> =
                 choices.iter().map(|choice| describe_at(root, choice, depth + 1)).collect();
             words.dedup();

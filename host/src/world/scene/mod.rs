@@ -11,7 +11,9 @@ pub mod error;
 pub mod format;
 pub mod keyed;
 pub mod read;
+pub mod reference;
 pub mod scale;
+pub mod schema;
 pub mod species;
 pub mod whole;
 

@@ -1,0 +1,81 @@
+//! What every command does first: find assets and plugins, read the scene, make the sea.
+
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    thread,
+};
+
+use crate::{
+    cli::Common,
+    failure::Failure,
+    plugin::Registry,
+    world::{
+        Options, World, assets,
+        scene::{self, Scene},
+    },
+};
+
+/// The scene that opens when none is named.
+pub const DEFAULT_SCENE: &str = "reef";
+
+/// The folder of assets.
+pub fn assets_folder(common: &Common) -> Result<PathBuf, Failure> {
+    assets::folder(common.assets.as_deref()).map_err(Failure::input)
+}
+
+/// Threads that simulate.
+pub fn workers(common: &Common) -> usize {
+    common.workers.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from))
+}
+
+/// All plugins that can be found.
+pub fn plugins(common: &Common) -> Result<Registry, Failure> {
+    if let Some(missing) = common.plugin_dir.iter().find(|folder| !folder.is_dir()) {
+        return Err(Failure::input(miette::miette!(
+            "--plugin-dir {}: there is no such folder",
+            missing.display()
+        )));
+    }
+    let registry = Registry::find(&common.plugin_dir, workers(common));
+    for refused in registry.refused() {
+        tracing::warn!("{} {}", refused.path.display(), refused.reason);
+    }
+    for (path, note) in registry.notes() {
+        tracing::info!("{}: {note}", path.display());
+    }
+    Ok(registry)
+}
+
+/// Reads a scene: a path, or the bare name of one in assets/scenes.
+pub fn scene(common: &Common, wanted: &Path, plugins: &Registry) -> Result<Scene, Failure> {
+    let folder = assets_folder(common)?;
+    scene::load(&assets::scene(wanted, &folder), &folder, plugins).map_err(Failure::input)
+}
+
+/// Reads a scene and makes its sea, with the command line's seed and workers.
+pub fn world(common: &Common, wanted: &Path, trace: bool) -> Result<World, Failure> {
+    let plugins = plugins(common)?;
+    let scene = scene(common, wanted, &plugins)?;
+    let options = Options { seed: common.seed, trace, ..Options::default() };
+    World::new(scene, &plugins, &options).map_err(Failure::input)
+}
+
+/// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed.
+pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// A progress bar on standard error; nothing where that is no terminal, or nobody would have to wait for it.
+pub fn progress(length: u64, what: &'static str, wanted: bool) -> indicatif::ProgressBar {
+    if !wanted {
+        return indicatif::ProgressBar::hidden();
+    }
+    let bar = indicatif::ProgressBar::new(length);
+    let style = indicatif::ProgressStyle::with_template("{prefix} {bar:32} {pos}/{len} {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar.set_prefix(what);
+    bar
+}
