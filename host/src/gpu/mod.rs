@@ -33,6 +33,7 @@ mod reflect;
 mod ring;
 mod samplers;
 mod shaders;
+mod swapchain;
 mod timestamps;
 mod transfer;
 
@@ -56,4 +57,5 @@ pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
 pub use ring::Upload;
 pub use samplers::SamplerDesc;
 pub use shaders::{ShaderFailure, ShaderStore};
+pub use swapchain::{Acquired, Swapchain};
 pub use timestamps::{PassTime, Timings};
