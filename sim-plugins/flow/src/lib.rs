@@ -16,6 +16,7 @@ pub mod math;
 pub mod packed;
 pub mod reference;
 pub mod sample;
+pub mod scalar;
 pub mod simd;
 
 pub use fearless_simd;

@@ -150,13 +150,59 @@ macro_rules! dispatch {
 /// `a · b + c` with one rounding, at every level.
 #[inline(always)]
 pub fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
-    a.mul_add_precise(b, c)
+    if fuses(a.simd) {
+        a.mul_add(b, c)
+    } else {
+        f32x8::simd_from(a.simd, soft_mul_add(&a.into(), &b.into(), &c.into()))
+    }
 }
 
 /// `c − a · b` with one rounding, at every level.
 #[inline(always)]
 pub fn neg_mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
-    (-a).mul_add_precise(b, c)
+    mul_add(-a, b, c)
+}
+
+/// Whether the level's instructions fuse a multiply-add. Known while compiling: no branch is left.
+#[inline(always)]
+fn fuses<S: Simd>(simd: S) -> bool {
+    match simd.level() {
+        #[cfg(target_arch = "x86_64")]
+        fearless_simd::Level::Avx2(_) | fearless_simd::Level::Avx512(_) => true,
+        #[cfg(target_arch = "aarch64")]
+        fearless_simd::Level::Neon(_) => true,
+        _ => false,
+    }
+}
+
+/// A fused multiply-add where the processor has none. One function for all kernels: inlined, its instructions would be
+/// most of what a kernel compiles to.
+#[inline(never)]
+fn soft_mul_add(a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [f32; 8] {
+    core::array::from_fn(|i| soft_mul_add_1(a[i], b[i], c[i]))
+}
+
+/// The product of two f32 is exact in f64. Their sum with c is rounded to odd (toward the f64 neighbour whose last bit is
+/// 1, unless it is exact), so that rounding it once more to f32 gives what a single rounding would have given (Boldo and
+/// Melquiond 2008).
+#[inline(always)]
+fn soft_mul_add_1(a: f32, b: f32, c: f32) -> f32 {
+    let product = f64::from(a) * f64::from(b);
+    let c = f64::from(c);
+    let sum = product + c;
+    // What the sum lost (Knuth's TwoSum); NaN where something was not finite, and then nothing is corrected.
+    let from_c = sum - product;
+    let lost = (product - (sum - from_c)) + (c - from_c);
+    let bits = sum.to_bits();
+    let away = (lost > 0.0) == (sum > 0.0);
+    let odd = if bits & 1 != 0 || !(lost > 0.0 || lost < 0.0) {
+        bits
+    } else if away {
+        bits + 1
+    } else {
+        bits - 1
+    };
+    f64::from_bits(odd) as f32
 }
 
 /// Eight equal lanes.
@@ -169,4 +215,49 @@ pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
 #[inline(always)]
 pub fn clamp<S: Simd>(value: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
     value.max(low).min(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn fused(level: Level, a: f32, b: f32, c: f32) -> u32 {
+        let eight: [f32; 8] = crate::dispatch!(level, simd => {
+            mul_add(splat(simd, a), splat(simd, b), splat(simd, c)).into()
+        });
+        eight[0].to_bits()
+    }
+
+    #[test]
+    fn a_product_that_ends_halfway_between_two_numbers_is_rounded_once() {
+        // (1 + 2⁻¹²)² = 1 + 2⁻¹¹ + 2⁻²⁴: the last bit is half a unit of f32, and c decides where it goes.
+        let a = 1.0 + 2.0_f32.powi(-12);
+        let tiny = 2.0_f32.powi(-120);
+        let down = 1.0 + 2.0_f32.powi(-11);
+        for level in Level::all() {
+            assert_eq!(fused(level, a, a, 0.0), down.to_bits(), "{}", level.name());
+            assert_eq!(fused(level, a, a, -tiny), down.to_bits(), "{}", level.name());
+            assert_eq!(fused(level, a, a, tiny), down.to_bits() + 1, "{}", level.name());
+            assert_eq!(fused(level, 3.0, f32::INFINITY, 1.0), f32::INFINITY.to_bits());
+            assert_eq!(fused(level, 0.0, 5.0, -0.0), 0.0_f32.to_bits());
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+        #[test]
+        fn the_soft_multiply_add_is_that_of_the_processor(a in any::<f32>(), b in any::<f32>(), near in any::<i32>(), c in any::<f32>()) {
+            // Half of the cases have c near −a·b, where digits cancel.
+            for c in [c, f32::from_bits((-(a * b)).to_bits().wrapping_add((near >> 24) as u32))] {
+                if !c.is_finite() {
+                    continue;
+                }
+                // std's is the C library's or the processor's, rounded once.
+                let truth = a.mul_add(b, c);
+                prop_assert_eq!(soft_mul_add_1(a, b, c).to_bits(), truth.to_bits(), "{} {} {}", a, b, c);
+            }
+        }
+    }
 }

@@ -75,13 +75,28 @@ fn what_was_saved_and_what_is_evaluated_add_up() {
 }
 
 #[test]
-fn candidates_come_in_the_hosts_order_without_doubles() {
+fn candidates_miss_nothing_that_touches_the_sphere_and_come_in_the_hosts_order() {
     let mut field = Field::new();
-    let flows = sea(5, 500, [0.0; 3], 4.0);
-    field.refill(&flows);
     let mut out = Vec::new();
-    field.candidates(Sphere { center: [0.5, 0.0, 0.0], radius: 1.0 }, &mut out);
-    assert!(!out.is_empty() && out.windows(2).all(|w| w[0] < w[1]));
+    let mut random = Random(77);
+    for seed in 0..40 {
+        let mut flows = sea(seed, 300, [0.0; 3], 4.0);
+        for flow in &mut flows {
+            flow.reach *= [0.05, 0.3, 1.0][(seed % 3) as usize];
+        }
+        field.refill(&flows);
+        for _ in 0..20 {
+            let sphere = Sphere { center: random.point(6.0), radius: random.within(0.0, 1.0) };
+            field.candidates(sphere, &mut out);
+            assert!(out.windows(2).all(|w| w[0] < w[1]), "ascending, without doubles");
+            for (index, flow) in (0_u32..).zip(&flows) {
+                let touches = flow.reach <= 0.0
+                    || flow.kind == abi::FLOW_DIRECTIONAL
+                    || sphere.distance_to_center(flow.position) <= f64::from(flow.reach) + sphere.radius;
+                assert!(!touches || out.contains(&index), "seed {seed}: {index} is missing");
+            }
+        }
+    }
 }
 
 #[test]
