@@ -1,6 +1,7 @@
 //! Everything that needs no window.
 
 pub mod bench;
+pub mod compare;
 pub mod doctor;
 pub mod plugins;
 pub mod render;

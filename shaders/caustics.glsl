@@ -1,0 +1,34 @@
+// Focusing of sunlight by waves: refraction straight down to the depth d, gain = 1 / (|det(I + d/4 H)| + .15),
+// H the Hessian of the waves' height. Mean 1 at any depth.
+
+/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface.
+float caustic_gain(vec3 p, float depth) {
+    float strength = view.sun.w;
+    if (strength <= 0.0 || depth <= 0.05) return 1.0;
+    // Where the ray that hits p entered the water.
+    vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
+    int count = int(view.sun_color.w);
+    vec3 h = vec3(0.0); // xx, zz, xz
+    float bend = 0.0;
+    for (int i = 0; i < count; i++) {
+        vec4 w = view.wave[i];
+        // A wave focuses near 4 / (A k^2); beyond twice that it only blurs.
+        float fade = clamp(2.0 - depth * w.z * 0.25, 0.0, 1.0);
+        // Each train is bent a little by the one before, so that the pattern does not repeat.
+        float s = sin(dot(w.xy, x) + w.w + bend);
+        bend = 0.9 * s + 0.35 * bend;
+        vec2 n = w.xy * inversesqrt(max(dot(w.xy, w.xy), 1e-8));
+        float a = -w.z * fade * s;
+        h += a * vec3(n.x * n.x, n.y * n.y, n.x * n.y);
+    }
+    h *= 0.25 * depth;
+    float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
+    float gain = clamp(1.0 / (abs(det) + 0.15), 0.3, 4.0);
+    float octave = clamp(log2(depth), 0.0, 3.0);
+    vec4 m = view.caustic_mean;
+    float mean = octave < 1.0 ? mix(m.x, m.y, octave) : octave < 2.0 ? mix(m.y, m.z, octave - 1.0)
+                                                                     : mix(m.z, m.w, octave - 2.0);
+    // Scattering on the way down softens the pattern: half of its contrast is gone by 12 m.
+    float contrast = strength * exp(-depth * 0.058);
+    return mix(1.0, gain / max(mean, 1e-3), contrast);
+}

@@ -1,0 +1,87 @@
+// Records of the fibre passes. Mirrors host/src/render/fibres.rs; the functions mirror host/src/render/twin.rs.
+
+#define RINGS 16 // rings of a fibre at full detail
+#define RING_LEVELS 3
+#define FLAG_CAP 2u
+#define FLAG_BLADE 4u
+
+struct Fibre {
+    uint object;
+    uint previous_node;
+    uint current_node;
+    uint nodes_flags;      // node count in the low half, REEF_FIBRE_* in the high half
+    uint material;
+    uint variation;
+    uint sides;
+    float flatness;
+    vec3 normal;
+    float blend;           // 0: the step before, 1: this step
+    vec3 previous_normal;
+    uint spare;
+};
+
+struct Object {
+    vec4 previous;         // origin in eye space at the step before
+    vec4 current;          // origin in eye space at this step
+};
+
+/// What the first pass chose for a fibre. `first_vertex` and `first_index` are filled by the scan.
+struct Choice {
+    uint levels;           // ring level, side level << 8; 0xffffffff: not drawn
+    uint rings;
+    uint sides;            // 2: a ribbon that faces the eye
+    uint first_vertex;
+    uint first_index;
+    float ring_morph;      // 0: this level, 1: the next coarser
+    float side_morph;
+    float chain;           // length [m]
+};
+
+struct Ring {
+    vec4 center;           // eye space [m]; w: radius that is drawn [m]
+    vec4 normal;           // unit, angle 0; w: coverage, true over drawn width
+    vec4 tangent;          // unit; w: position along the fibre: 0 root, 1 last node, 2 the end of its cap
+    vec4 slope;            // x: share of the tangent in the surface's normal, y: share of the radial direction
+};
+
+#define NOT_DRAWN 0xffffffffu
+
+uint ring_count(uint level) { return uint(RINGS) >> level; }
+
+/// Rings on the chain itself; the others close its end.
+uint body_rings(uint level, bool cap) {
+    if (cap) return level == 0u ? 9u : level == 1u ? 5u : 3u;
+    return level == 0u ? 13u : level == 1u ? 7u : 3u;
+}
+
+/// Where ring `k` of a level lies: 0 at the root, 1 at the last node, 2 at the end of the cap.
+float ring_position(uint level, uint k, bool cap) {
+    uint body = body_rings(level, cap);
+    if (k < body) return float(k) / float(body - 1u);
+    return 1.0 + float(k + 1u - body) / float(ring_count(level) - body);
+}
+
+/// Vertices around a ring after `level` halvings; 2 stands for a ribbon.
+uint side_count(uint sides, uint level) {
+    for (uint i = 0u; i < level; i++) sides = sides <= 4u ? 2u : (sides + 1u) >> 1;
+    return sides;
+}
+
+/// An inscribed polygon is thinner than its circle; this factor gives it the circle's mean width.
+float polygon_scale(uint sides) {
+    if (sides <= 2u) return 1.0;
+    float a = 3.14159265 / float(sides);
+    return a / sin(a);
+}
+
+uint vertex_count(uint rings, uint sides) { return rings * sides; }
+
+uint index_count(uint rings, uint sides) { return (rings - 1u) * (sides == 2u ? 1u : sides) * 6u; }
+
+/// Rotates `n`, a unit vector across `from`, by the least rotation that turns `from` into `to`.
+vec3 transport(vec3 n, vec3 from, vec3 to) {
+    float d = max(1.0 + dot(from, to), 1e-4);
+    n -= (from + to) * (dot(n, to) / d);
+    n -= to * dot(n, to);
+    return n * inversesqrt(max(dot(n, n), 1e-12));
+}

@@ -1,0 +1,95 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One workgroup a fibre: the vertices of its rings in clip space, and the triangles between them.
+
+#include "view.glsl"
+#include "fibre.glsl"
+
+layout(local_size_x = 32) in;
+
+layout(set = 0, binding = 1, std430) readonly buffer Fibres { Fibre fibres[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Rings { Ring rings[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Vertices { uint vertices[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer Indices { uint indices[]; };
+
+layout(push_constant) uniform Push { uint fibre_count; } push;
+
+#define VERTEX_WORDS 11u
+
+void main() {
+    uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 32768u;
+    if (index >= push.fibre_count) return;
+    Choice choice = choices[index];
+    if (choice.levels == NOT_DRAWN) return;
+    Fibre fibre = fibres[index];
+    uint flags = fibre.nodes_flags >> 16;
+    uint sides = choice.sides;
+    bool ribbon = sides == 2u;
+    float flatness = (flags & FLAG_BLADE) != 0u ? fibre.flatness : 1.0;
+    uint side_level = choice.levels >> 8;
+    uint coarser = side_count(fibre.sides, side_level + 1u);
+    float scale = mix(polygon_scale(sides), polygon_scale(coarser), choice.side_morph);
+
+    for (uint v = gl_LocalInvocationID.x; v < choice.rings * sides; v += 32u) {
+        uint k = v / sides;
+        uint j = v - k * sides;
+        Ring ring = rings[index * uint(RINGS) + k];
+        vec3 across = cross(ring.tangent.xyz, ring.normal.xyz);
+        vec3 offset;
+        vec3 normal;
+        vec2 circle;
+        if (ribbon) {
+            // Across the line of sight, as wide as the ellipse's shadow; the normals round it off.
+            vec3 side = cross(ring.tangent.xyz, -ring.center.xyz);
+            float size = dot(side, side);
+            side = size > 1e-16 ? side * inversesqrt(size) : ring.normal.xyz;
+            float sign = j == 0u ? -1.0 : 1.0;
+            float a = dot(side, ring.normal.xyz);
+            float b = dot(side, across) * flatness;
+            offset = side * (sign * sqrt(a * a + b * b) * ring.center.w);
+            vec3 facing = cross(side, ring.tangent.xyz);
+            normal = normalize(side * (sign * 0.8) + facing * 0.6);
+            circle = vec2(a, dot(side, across)) * sign;
+        } else {
+            float angle = 6.2831853 * mix(float(j) / float(sides), float(j >> 1) / float(max(coarser, 1u)),
+                                          choice.side_morph);
+            circle = vec2(cos(angle), sin(angle));
+            offset = (ring.normal.xyz * circle.x + across * (circle.y * flatness)) * (ring.center.w * scale);
+            vec3 radial = ring.normal.xyz * (circle.x * flatness) + across * circle.y;
+            radial *= inversesqrt(max(dot(radial, radial), 1e-12));
+            normal = radial * ring.slope.y + ring.tangent.xyz * ring.slope.x;
+        }
+        vec4 clip = view.clip_from_eye * vec4(ring.center.xyz + offset, 1.0);
+        uint at = (choice.first_vertex + v) * VERTEX_WORDS;
+        vertices[at] = floatBitsToUint(clip.x);
+        vertices[at + 1u] = floatBitsToUint(clip.y);
+        vertices[at + 2u] = floatBitsToUint(clip.z);
+        vertices[at + 3u] = floatBitsToUint(clip.w);
+        vertices[at + 4u] = packSnorm2x16(normal.xy);
+        vertices[at + 5u] = packSnorm2x16(vec2(normal.z, ring.tangent.w * 0.5));
+        vertices[at + 6u] = packSnorm2x16(circle);
+        vertices[at + 7u] = packHalf2x16(vec2(ring.center.w * ring.normal.w * 100.0, ring.normal.w));
+        vertices[at + 8u] = fibre.material | flags << 24;
+        vertices[at + 9u] = fibre.variation;
+        vertices[at + 10u] = floatBitsToUint(choice.chain);
+    }
+
+    uint quads = ribbon ? 1u : sides;
+    uint total = (choice.rings - 1u) * quads;
+    for (uint q = gl_LocalInvocationID.x; q < total; q += 32u) {
+        uint k = q / quads;
+        uint j = q - k * quads;
+        uint j1 = j + 1u == sides ? 0u : j + 1u;
+        uint a = choice.first_vertex + k * sides;
+        uint b = a + sides;
+        uint at = choice.first_index + q * 6u;
+        // Counter-clockwise from outside.
+        indices[at] = a + j;
+        indices[at + 1u] = a + j1;
+        indices[at + 2u] = b + j1;
+        indices[at + 3u] = a + j;
+        indices[at + 4u] = b + j1;
+        indices[at + 5u] = b + j;
+    }
+}

@@ -1,0 +1,8 @@
+// Light on a surface under water: the sun through waves, and the soft light from everywhere above.
+
+/// What falls on a surface from all sides: bright water above, lit sand below.
+vec3 ambient_light(vec3 normal, vec3 sea_light, vec3 ground) {
+    float up = normal.y * 0.5 + 0.5;
+    vec3 water = mix(vec3(1.0), view.scattered.rgb / max(max(view.scattered.r, view.scattered.g), view.scattered.b), 0.35);
+    return view.ambient.rgb * sea_light * mix(ground * 0.45, water, up);
+}

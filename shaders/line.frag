@@ -1,0 +1,15 @@
+#version 460
+// Forces and moments, drawn over the sea in their own colours.
+
+layout(location = 0) in vec4 line_color;
+layout(location = 1) in float edge;
+layout(location = 0) out vec4 color;
+
+layout(push_constant) uniform Push {
+    float width; // [px]
+} push;
+
+void main() {
+    float cover = clamp(push.width * 0.5 + 0.5 - abs(edge), 0.0, 1.0);
+    color = vec4(line_color.rgb, line_color.a * cover);
+}

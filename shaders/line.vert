@@ -1,0 +1,49 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// A debug line as a quad that is a given number of pixels wide, with a soft edge of half a pixel.
+
+#include "view.glsl"
+
+struct Line {
+    vec3 from; // eye space
+    uint color; // sRGB 0xAABBGGRR
+    vec3 to;   // eye space
+    uint spare;
+};
+layout(set = 0, binding = 1, std430) readonly buffer Lines { Line lines[]; };
+
+layout(push_constant) uniform Push {
+    float width; // [px]
+} push;
+
+layout(location = 0) out vec4 out_color;
+layout(location = 1) out float out_edge;
+
+void main() {
+    Line line = lines[gl_VertexIndex / 6];
+    int corner = gl_VertexIndex % 6;
+    bool end = corner == 1 || corner == 2 || corner == 4;
+    float side = corner == 0 || corner == 1 || corner == 3 ? -1.0 : 1.0;
+    // Cut at the near plane.
+    vec3 a = line.from;
+    vec3 b = line.to;
+    float da = dot(a, view.forward.xyz) - view.forward.w;
+    float db = dot(b, view.forward.xyz) - view.forward.w;
+    if (da < 0.0 && db > 0.0) a = mix(a, b, -da / (db - da) * 1.001);
+    if (db < 0.0 && da > 0.0) b = mix(b, a, -db / (da - db) * 1.001);
+    vec4 ca = view.clip_from_eye * vec4(a, 1.0);
+    vec4 cb = view.clip_from_eye * vec4(b, 1.0);
+    vec2 half_size = view.viewport.xy * 0.5;
+    vec2 d = (cb.xy / cb.w - ca.xy / ca.w) * half_size;
+    float size = length(d);
+    d = size > 1e-6 ? d / size : vec2(1.0, 0.0);
+    float half_width = push.width * 0.5 + 0.5;
+    vec4 c = end ? cb : ca;
+    c.xy += vec2(-d.y, d.x) * (side * half_width) / half_size * c.w;
+    // A hair in front of what it is drawn on.
+    c.z *= 1.002;
+    gl_Position = c;
+    vec4 srgb = unpackUnorm4x8(line.color);
+    out_color = vec4(mix(srgb.rgb / 12.92, pow((srgb.rgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb.rgb)), srgb.a);
+    out_edge = side * half_width;
+}

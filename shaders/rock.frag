@@ -1,0 +1,62 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Rock with coralline crusts where it is shaded, turf on top, sand where it meets the ground.
+
+#include "view.glsl"
+#include "water.glsl"
+#include "caustics.glsl"
+#include "light.glsl"
+
+layout(set = 0, binding = 3) uniform sampler2D noise;
+layout(set = 0, binding = 4) uniform sampler2D contact;
+
+#include "ground.glsl"
+
+layout(location = 0) in vec4 normal_buried;
+layout(location = 0) out vec4 color;
+
+const vec3 ROCK = vec3(0.147, 0.122, 0.098);
+const vec3 CORALLINE = vec3(0.434, 0.092, 0.195);
+const vec3 TURF = vec3(0.156, 0.195, 0.042);
+
+void main() {
+    vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
+    vec3 x = p + view.eye.xyz;
+    vec3 n = normalize(normal_buried.xyz);
+    float distance = length(p);
+
+    // Triplanar noise: value and slope from the three planes, weighted by the normal.
+    vec3 weight = n * n;
+    weight *= weight;
+    weight /= weight.x + weight.y + weight.z;
+    vec4 a = texture(noise, x.yz * 0.9);
+    vec4 b = texture(noise, x.xz * 0.9 + 0.3);
+    vec4 c = texture(noise, x.xy * 0.9 + 0.6);
+    vec4 t = a * weight.x + b * weight.y + c * weight.z;
+    vec3 bump = vec3(0.0, a.gb - 0.5) * weight.x + vec3(b.g - 0.5, 0.0, b.b - 0.5) * weight.y
+        + vec3(c.gb - 0.5, 0.0) * weight.z;
+    float detail = 0.5;
+    if (distance < 5.0) {
+        vec4 fine = texture(noise, (x.xz + x.y * vec2(0.7, -0.6)) * 5.1);
+        float near = clamp(1.0 - distance * 0.2, 0.0, 1.0);
+        bump += vec3(fine.g - 0.5, (fine.g - fine.b) * 0.5, fine.b - 0.5) * near * 0.7;
+        detail = mix(0.5, fine.a, near);
+    }
+    vec3 bent = normalize(n - bump * 1.1);
+
+    float up = n.y * 0.5 + 0.5;
+    vec3 albedo = ROCK * (0.75 + 0.9 * t.r) * (0.8 + 0.4 * detail);
+    float shaded = 1.0 - clamp(dot(n, view.sun.xyz) * 1.3 + 0.35, 0.0, 1.0);
+    float crust = smoothstep(0.50, 0.62, t.a * 0.8 + shaded * 0.42 - 0.08);
+    albedo = mix(albedo, CORALLINE * (0.55 + 0.7 * t.r) * (0.75 + 0.5 * detail), crust * 0.85);
+    float turf = smoothstep(0.72, 0.92, up) * smoothstep(0.35, 0.60, t.r * 0.6 + detail * 0.5);
+    albedo = mix(albedo, TURF * (0.6 + 0.8 * detail), turf * 0.8);
+
+    float above = normal_buried.w * 0.25;
+    float sandy = 1.0 - smoothstep(0.0, 0.03 + 0.05 * max(n.y, 0.0), above + (t.a - 0.5) * 0.05);
+    albedo = mix(albedo, mix(SAND_DARK, SAND_LIGHT, t.r), sandy * 0.9);
+
+    float open = mix(0.42, 1.0, smoothstep(0.0, 0.30, above)) * mix(0.55, 1.0, smoothstep(0.1, 0.6, up));
+    open *= 0.75 + 0.5 * (t.r - 0.25);
+    color = vec4(through_water(lit_ground(albedo, bent, p, vec2(open, 1.0)), p), 1.0);
+}

@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// A boulder: vertices relative to its own origin.
+
+#include "view.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 normal_buried; // w: height above the ground [m], scaled by 4 and clamped
+
+layout(location = 0) out vec4 out_normal_buried;
+
+layout(push_constant) uniform Push {
+    vec4 origin; // in eye space
+} push;
+
+void main() {
+    gl_Position = view.clip_from_eye * vec4(position + push.origin.xyz, 1.0);
+    out_normal_buried = normal_buried;
+}

@@ -1,0 +1,24 @@
+// From scene light to what a display shows: Khronos PBR Neutral without its toe, sRGB, dither.
+
+/// Khronos PBR Neutral: colours below .8 pass unchanged, brighter ones are compressed and lose some saturation.
+vec3 neutral_tone(vec3 color) {
+    const float start = 0.8;
+    const float desaturation = 0.15;
+    float peak = max(color.r, max(color.g, color.b));
+    if (peak < start) return color;
+    float d = 1.0 - start;
+    float compressed = 1.0 - d * d / (peak + d - start);
+    color *= compressed / peak;
+    float g = 1.0 / (desaturation * (peak - compressed) + 1.0);
+    return mix(vec3(compressed), color, g);
+}
+
+vec3 srgb_encode(vec3 c) {
+    c = clamp(c, 0.0, 1.0);
+    return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
+}
+
+/// Interleaved gradient noise in 0..1, the same for the same pixel in every frame.
+float dither(vec2 pixel) {
+    return fract(52.9829189 * fract(dot(floor(pixel), vec2(0.06711056, 0.00583715))));
+}

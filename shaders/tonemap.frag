@@ -1,0 +1,24 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Scene light to display values, with dither before the rounding to 8 bits.
+
+#include "tone.glsl"
+
+layout(set = 0, binding = 0) uniform sampler2D hdr;
+layout(location = 0) out vec4 color;
+
+layout(push_constant) uniform Push {
+    float exposure;
+    uint encode; // 1: the target stores what it is given; 0: it encodes sRGB by itself
+} push;
+
+void main() {
+    vec3 light = texelFetch(hdr, ivec2(gl_FragCoord.xy), 0).rgb * push.exposure;
+    vec3 shown = srgb_encode(neutral_tone(light));
+    shown += (dither(gl_FragCoord.xy) - 0.5) / 255.0;
+    if (push.encode == 0u) {
+        shown = clamp(shown, 0.0, 1.0);
+        shown = mix(shown / 12.92, pow((shown + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), shown));
+    }
+    color = vec4(shown, 1.0);
+}

@@ -1,0 +1,42 @@
+// What every pass knows of the picture: the camera, the water, the light. Mirrors `View` in host/src/render/view.rs.
+//
+// Space: metres, relative to the camera's eye ("eye space" below keeps the world's axes), so that f32 is exact enough
+// anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
+
+#define WAVES 8
+
+layout(set = 0, binding = 0, std140) uniform View {
+    mat4 clip_from_eye;    // reverse depth: 1 at the near plane, 0 infinitely far away
+    vec4 right;            // unit; w: tangent of half the horizontal field of view
+    vec4 up;               // unit; w: tangent of half the vertical field of view
+    vec4 forward;          // unit; w: distance of the near plane [m]
+    vec4 viewport;         // width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m]
+    vec4 eye;              // world position of the eye [m]; w: time [s]
+    vec4 sun;              // unit vector toward the refracted sun; w: strength of caustics 0..1
+    vec4 sun_color;        // just below the surface; w: number of caustic waves
+    vec4 ambient;          // just below the surface; w: exposure
+    vec4 beam;             // c [1/m]; w: 1 plain background, 0 sea
+    vec4 downwelling;      // Kd [1/m]; w: 1 high quality, 0 low
+    vec4 scattered;        // W0 at the surface; w: y of the surface [m]
+    vec4 plain;            // plain background; w: height of the terrain's sand ripples [m]
+    vec4 terrain_origin;   // x, z of the first height relative to the eye [m]; cell [m]; y of height 0 relative to the eye
+    vec4 terrain_size;     // columns, rows; 1/extent of the contact map in x, z [1/m]
+    vec4 contact_origin;   // x, z of the contact map's first texel relative to the eye [m]; direction of the surge
+    vec4 caustic_mean;     // mean gain of the unclamped formula at 1, 2, 4, 8 m below the surface
+    vec4 wave[WAVES];      // wave vector x, z [rad/m]; A k^2 [1/m]; phase at the eye [rad]
+} view;
+
+vec3 sea_light_at(float depth) {
+    return exp(-view.downwelling.rgb * max(depth, 0.0));
+}
+
+/// Distance below the surface of a point in eye space [m].
+float depth_of(vec3 p) {
+    return view.scattered.w - view.eye.y - p.y;
+}
+
+/// The view ray through a pixel's centre; its length along `forward` is 1.
+vec3 pixel_ray(vec2 pixel) {
+    vec2 ndc = pixel / view.viewport.xy * 2.0 - 1.0;
+    return view.forward.xyz + view.right.xyz * (ndc.x * view.right.w) - view.up.xyz * (ndc.y * view.up.w);
+}

@@ -1,0 +1,23 @@
+// Water between the eye and a thing: attenuation along the ray and the light that the water scatters into it.
+
+/// Brightening of scattered light toward the sun: .92 + .08 * 4 pi * HG(g = .8).
+float toward_sun(vec3 direction) {
+    float x = 1.64 - 1.6 * dot(direction, view.sun.xyz);
+    return 0.92 + 0.08 * 0.36 * inversesqrt(x) / x;
+}
+
+/// Light scattered into `distance` metres of a view ray, single scattering with sunlight that fades with depth:
+/// W0 exp(-Kd z) (c / k) (1 - exp(-k D)), k = c - Kd u.
+vec3 scattered_light(vec3 direction, float distance) {
+    vec3 k = max(view.beam.rgb - view.downwelling.rgb * direction.y, vec3(1e-3));
+    vec3 source = view.scattered.rgb * exp(-view.downwelling.rgb * max(view.scattered.w - view.eye.y, 0.0));
+    return source * toward_sun(direction) * (view.beam.rgb / k) * (1.0 - exp(-k * distance));
+}
+
+/// What reaches the eye of `light` that leaves the point `p` in eye space.
+vec3 through_water(vec3 light, vec3 p) {
+    if (view.beam.w > 0.5) return light;
+    float distance = length(p);
+    vec3 direction = p / max(distance, 1e-6);
+    return light * exp(-view.beam.rgb * distance) + scattered_light(direction, distance);
+}
