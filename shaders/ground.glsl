@@ -15,8 +15,8 @@ Sand sand_at(vec2 x, vec2 slope, float distance) {
     vec4 mid = texture(noise, x.yx * 0.61 + 0.37);
     vec2 surge = view.contact_origin.zw;
     vec2 other = vec2(surge.x * 0.966 - surge.y * 0.259, surge.x * 0.259 + surge.y * 0.966);
-    const float k1 = 47.0;
-    const float k2 = 41.0;
+    float k1 = view.eye.w;
+    float k2 = k1 * 0.87;
     float warp = (slow.r - 0.5) * 16.0 + (mid.r - 0.5) * 1.6;
     float a1 = dot(surge, x) * k1 + warp;
     float a2 = dot(other, x) * k2 - warp * 0.8 + 1.7;

@@ -11,7 +11,7 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 up;               // unit; w: tangent of half the vertical field of view
     vec4 forward;          // unit; w: distance of the near plane [m]
     vec4 viewport;         // width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m]
-    vec4 eye;              // world position of the eye [m]; w: time [s]
+    vec4 eye;              // world position of the eye [m]; w: wave number of the sand ripples [rad/m]
     vec4 sun;              // unit vector toward the refracted sun; w: strength of caustics 0..1
     vec4 sun_color;        // just below the surface; w: number of caustic waves
     vec4 ambient;          // just below the surface; w: exposure

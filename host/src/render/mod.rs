@@ -1,12 +1,226 @@
-//! The passes of a frame, one file each, in the order in which a frame runs them.
+//! From two steps of the sea to a picture. [`Renderer::record`] is the order of a frame's passes, one file each:
+//!
+//! 1. `fibres` (compute): blend the steps, cull, choose detail, skin;
+//! 2. `terrain`, 3. `rocks`: what stands still;
+//! 4. `sky`: the background, where nothing was drawn;
+//! 5. `fibres` (draw): over the background, because their thin tips let it through;
+//! 6. `lines`: forces and moments, when asked for;
+//! 7. `tone`: tone curve and dither into the target.
+//!
+//! Fog is part of every material's shader (`shaders/water.glsl`), so that thin things fade into fogged water.
 
 pub mod boulder;
 pub mod contact;
+pub mod fibres;
 pub mod gather;
+mod lines;
 pub mod lod;
 pub mod noise;
+mod rocks;
 pub mod sample;
+mod sky;
+mod targets;
+mod terrain;
 pub mod tiles;
+mod tone;
 pub mod twin;
 pub mod view;
 pub mod water;
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Zeroable;
+use reef_abi as abi;
+
+use crate::{
+    gpu::{self, Gpu, Image, Load, Result},
+    world::{
+        environment::{Environment, Terrain},
+        frame::{CameraPose, Frame},
+    },
+};
+use fibres::Fibres;
+use lod::Thresholds;
+use view::{Lens, View};
+use water::Caustics;
+
+/// How much work a picture may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// Four caustic waves, none on what sways.
+    Low,
+    /// Everything.
+    #[default]
+    High,
+}
+
+/// What a picture shows and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How much work it may be.
+    pub quality: Quality,
+    /// Levels of detail and culling; without them everything is drawn in full (for comparison).
+    pub detail: Option<Thresholds>,
+    /// Bits of the channels of debug lines that are shown.
+    pub debug_channels: u32,
+    /// Width of debug lines [px].
+    pub line_width: f32,
+    /// Brightness of the picture; 1 is the scene's own.
+    pub exposure: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            quality: Quality::High,
+            detail: Some(Thresholds::default()),
+            debug_channels: u32::MAX,
+            line_width: 2.5,
+            exposure: 1.0,
+        }
+    }
+}
+
+/// One picture's subject.
+#[derive(Clone, Copy)]
+pub struct Shot<'a> {
+    /// The step before.
+    pub previous: &'a Frame,
+    /// The present step.
+    pub current: &'a Frame,
+    /// Between them: 0 is the step before, 1 the present one.
+    pub alpha: f32,
+    /// From where: the scene's camera or the window's.
+    pub camera: CameraPose,
+    /// What stands still.
+    pub environment: &'a Environment,
+}
+
+/// The sea's passes and what they keep between frames.
+pub struct Renderer {
+    gpu: Gpu,
+    fibres: Fibres,
+    terrain: terrain::Terrain,
+    rocks: rocks::Rocks,
+    sky: sky::Sky,
+    lines: lines::Lines,
+    tone: tone::Tone,
+    textures: terrain::GroundTextures,
+    targets: Option<targets::Targets>,
+    /// The bed and the waves that the passes were made ready for.
+    bed: Option<Arc<Terrain>>,
+    waves: Option<Vec<abi::Wave>>,
+    caustics: Option<Caustics>,
+}
+
+impl Renderer {
+    /// Describes the passes. Pipelines are compiled when they are first used, or by [`Renderer::prepare`].
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        Ok(Self {
+            gpu: gpu.clone(),
+            fibres: Fibres::new(gpu),
+            terrain: terrain::Terrain::new(gpu)?,
+            rocks: rocks::Rocks::new(gpu)?,
+            sky: sky::Sky::new(gpu),
+            lines: lines::Lines::new(gpu),
+            tone: tone::Tone::new(gpu)?,
+            textures: terrain::GroundTextures::new(gpu)?,
+            targets: None,
+            bed: None,
+            waves: None,
+            caustics: None,
+        })
+    }
+
+    /// Compiles the pipelines now, so that the first frame does not have to.
+    pub fn prepare(&self) -> Result<()> {
+        self.fibres.prepare()?;
+        self.terrain.prepare()?;
+        self.rocks.prepare()?;
+        self.sky.prepare()?;
+        self.lines.prepare()
+    }
+
+    /// Records all passes of a picture into `target` (a colour attachment of 8 bits a channel). Whatever `target` held
+    /// before is gone; the panel may be drawn over it afterwards.
+    pub fn record(
+        &mut self,
+        frame: &mut gpu::Frame<'_>,
+        shot: &Shot<'_>,
+        settings: &Settings,
+        target: &Image,
+    ) -> Result<()> {
+        let environment = shot.environment;
+        self.follow(environment)?;
+        let size = target.size();
+        let lens = Lens::new(&shot.camera, [size.0, size.1], view::visibility(environment));
+        let gathered =
+            gather::gather(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
+        if environment.terrain.is_some() {
+            self.textures.update(&self.gpu, environment, &gather::standers(shot.current))?;
+        }
+        let targets = match self.targets.take() {
+            Some(targets) if targets.light.size() == size => targets,
+            _ => targets::Targets::new(&self.gpu, size)?,
+        };
+        let time = shot.previous.time
+            + (shot.current.time - shot.previous.time) * f64::from(shot.alpha.clamp(0.0, 1.0));
+        let view = frame.upload(&[self.view(environment, &lens, time, settings)])?;
+
+        self.fibres.skin(frame, view, &gathered, settings.detail.as_ref())?;
+        frame
+            .pass("clear")
+            .color(&targets.light, Load::Clear([0.0; 4]))
+            .depth(&targets.depth, gpu::DepthLoad::Clear(0.0))
+            .run(|_| Ok(()))?;
+        self.terrain.draw(frame, view, &lens, &self.textures, &targets)?;
+        self.rocks.draw(frame, view, &lens, &self.textures, &targets)?;
+        self.sky.draw(frame, view, &targets)?;
+        self.fibres.draw(frame, view, &targets)?;
+        self.lines.draw(frame, view, &gathered.lines, settings.line_width, &targets)?;
+        self.tone.draw(frame, &targets, settings.exposure, target)?;
+        self.targets = Some(targets);
+        Ok(())
+    }
+
+    /// The fibre passes, for tests and benches.
+    pub fn fibres(&self) -> &Fibres {
+        &self.fibres
+    }
+
+    /// Makes the passes ready for this scene, if it is not the one before.
+    fn follow(&mut self, environment: &Environment) -> Result<()> {
+        let same_bed = match (&self.bed, &environment.terrain) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        if !same_bed {
+            self.terrain.set(&self.gpu, environment.terrain.as_ref())?;
+            self.rocks.set(&self.gpu, environment.terrain.as_deref())?;
+            self.textures.forget();
+            self.bed = environment.terrain.clone();
+        }
+        if self.waves.as_ref() != Some(&environment.waves) {
+            self.caustics = Some(Caustics::new(environment));
+            self.waves = Some(environment.waves.clone());
+        }
+        Ok(())
+    }
+
+    fn view(&self, environment: &Environment, lens: &Lens, time: f64, settings: &Settings) -> View {
+        let Some(caustics) = &self.caustics else { return View::zeroed() };
+        let mut view = view::view(lens, environment, caustics, time, settings.quality == Quality::High);
+        self.terrain.describe(&mut view, lens);
+        self.textures.describe(&mut view, lens);
+        view
+    }
+}
+
+/// Format and use of a picture that is rendered without a window.
+pub fn offscreen_image(gpu: &Gpu, size: (u32, u32)) -> Result<Image> {
+    use vk::ImageUsageFlags as U;
+    let usage = U::COLOR_ATTACHMENT | U::TRANSFER_SRC;
+    Image::new(gpu, &gpu::ImageDesc::new("picture", size, vk::Format::R8G8B8A8_UNORM, usage))
+}

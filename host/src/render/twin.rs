@@ -358,7 +358,7 @@ mod tests {
         let skinned = skin(&gathered, 0, &lens, None).expect("nothing is culled");
         let inverse = lens.clip_from_eye().inverse();
         let eye: Vec<Vec3> =
-            skinned.vertices.iter().map(|v| (inverse * v.clip)).map(|p| p.truncate() / p.w).collect();
+            skinned.vertices.iter().map(|v| inverse * v.clip).map(|p| p.truncate() / p.w).collect();
         for (i, t) in skinned.indices.chunks(3).enumerate().filter(|(i, _)| *i < 12 * 16) {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| eye[i as usize]);
             let outward = (a + b + c) / 3.0 - rings[i / 16].center;

@@ -25,7 +25,7 @@ pub struct View {
     pub forward: [f32; 4],
     /// Width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m].
     pub viewport: [f32; 4],
-    /// World position of the eye [m], time [s].
+    /// World position of the eye [m]; w: wave number of the sand ripples [rad/m].
     pub eye: [f32; 4],
     /// Toward the refracted sun; w: strength of caustics.
     pub sun: [f32; 4],
@@ -140,7 +140,7 @@ pub fn view(lens: &Lens, environment: &Environment, caustics: &Caustics, time: f
     view.up = v3(lens.up, lens.tangent[1]);
     view.forward = v3(lens.forward, NEAR);
     view.viewport = [lens.size[0] as f32, lens.size[1] as f32, lens.pixels_per_metre(), lens.far];
-    view.eye = v3(eye, time as f32);
+    view.eye = v3(eye, 0.0);
     let strength = if plain.is_some() { 0.0 } else { 1.0 };
     view.sun = v3(environment.sun.direction.normalize_or(Vec3::Y), strength);
     view.sun_color = c3(environment.sun.color, caustics.count(high) as f32);

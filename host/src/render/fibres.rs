@@ -1,0 +1,283 @@
+//! The fibres: three compute passes that blend, cull, choose detail and skin, and one draw.
+//!
+//! 1. `fibre_rings.comp`, one invocation a fibre: node chains of two steps → rings, or nothing where it is culled;
+//! 2. `fibre_scan.comp`, one work group: where each fibre's vertices and indices lie, in the fibres' order;
+//! 3. `fibre_skin.comp`, one work group a fibre: vertices in clip space and triangles;
+//! 4. `fibre.vert` and `fibre.frag`.
+//!
+//! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    gather::Gathered,
+    lod::{RINGS, Thresholds},
+    targets::{DEPTH, LIGHT, Targets},
+};
+use crate::gpu::{
+    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory, Pipeline,
+    Result, Upload, VertexDesc,
+};
+
+/// Words of a vertex, as in `fibre_skin.comp`.
+pub const VERTEX_WORDS: usize = 11;
+/// Vertices of one picture at most: their buffer has to stay below 128 MiB, the least that Vulkan promises.
+const MOST_VERTICES: u64 = 3_000_000;
+/// Indices of one picture at most.
+const MOST_INDICES: u64 = 24_000_000;
+/// Work groups along x; the rest goes along y.
+const GROUPS_X: u32 = 32_768;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct RingsPush {
+    fibre_count: u32,
+    use_lod: u32,
+    ring_step: f32,
+    side_error: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ScanPush {
+    fibre_count: u32,
+    vertex_limit: u32,
+    index_limit: u32,
+}
+
+/// What the scan wrote: the draw, then counts for people.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct DrawCounts {
+    /// Indices that are drawn.
+    pub indices: u32,
+    /// 1.
+    pub instances: u32,
+    /// 0.
+    pub first_index: u32,
+    /// 0.
+    pub vertex_offset: i32,
+    /// 0.
+    pub first_instance: u32,
+    /// Vertices that were skinned.
+    pub vertices: u32,
+    /// Fibres that are drawn.
+    pub drawn: u32,
+    /// Fibres that did not fit into the buffers.
+    pub left_out: u32,
+}
+
+struct Buffers {
+    fibres: u64,
+    vertices: u64,
+    choices: Buffer,
+    rings: Buffer,
+    vertex: Buffer,
+    index: Buffer,
+    draw: Buffer,
+}
+
+/// The fibre passes.
+pub struct Fibres {
+    gpu: Gpu,
+    rings: Pipeline,
+    scan: Pipeline,
+    skin: Pipeline,
+    draw: Pipeline,
+    buffers: Option<Buffers>,
+    materials: Option<Upload>,
+    any: bool,
+}
+
+impl Fibres {
+    /// Describes the pipelines; nothing is compiled yet.
+    pub fn new(gpu: &Gpu) -> Self {
+        use vk::Format as F;
+        let attributes = [
+            (0, F::R32G32B32A32_SFLOAT, 0),
+            (1, F::R16G16B16A16_SNORM, 16),
+            (2, F::R16G16_SNORM, 24),
+            (3, F::R16G16_SFLOAT, 28),
+            (4, F::R32G32B32_UINT, 32),
+        ];
+        let vertices =
+            [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+        let draw = GraphicsDesc {
+            cull: vk::CullModeFlags::BACK,
+            vertices: &vertices,
+            color: &[(LIGHT, Blend::Alpha)],
+            depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+            ..GraphicsDesc::new("fibres", "fibre.vert", "fibre.frag")
+        };
+        Self {
+            gpu: gpu.clone(),
+            rings: Pipeline::compute(gpu, "fibre_rings.comp", &[]),
+            scan: Pipeline::compute(gpu, "fibre_scan.comp", &[]),
+            skin: Pipeline::compute(gpu, "fibre_skin.comp", &[]),
+            draw: Pipeline::graphics(gpu, &draw),
+            buffers: None,
+            materials: None,
+            any: false,
+        }
+    }
+
+    /// Compiles the pipelines now.
+    pub fn prepare(&self) -> Result<()> {
+        [&self.rings, &self.scan, &self.skin, &self.draw].into_iter().try_for_each(Pipeline::prepare)
+    }
+
+    /// The compute passes. `limits` None: everything at full detail, nothing culled.
+    pub fn skin(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        gathered: &Gathered,
+        limits: Option<&Thresholds>,
+    ) -> Result<()> {
+        self.any = !gathered.fibres.is_empty();
+        if !self.any {
+            return Ok(());
+        }
+        let count = gathered.fibres.len() as u32;
+        let fibres = frame.upload(&gathered.fibres)?;
+        let objects = frame.upload(&gathered.objects)?;
+        let previous = frame.upload(&gathered.previous_nodes)?;
+        let current = frame.upload(&gathered.current_nodes)?;
+        self.materials = Some(frame.upload(&gathered.materials)?);
+        self.reserve(u64::from(count), gathered.full_vertices())?;
+        let Some(b) = &self.buffers else { return Ok(()) };
+
+        frame
+            .pass("fibres: cull, detail, rings")
+            .write(&b.choices, Access::ComputeWrite)
+            .write(&b.rings, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.rings)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, objects.into()),
+                    (3, previous.into()),
+                    (4, current.into()),
+                    (5, (&b.choices).into()),
+                    (6, (&b.rings).into()),
+                ])?;
+                let full = Thresholds::default();
+                let limits_or = limits.unwrap_or(&full);
+                cmd.push(&RingsPush {
+                    fibre_count: count,
+                    use_lod: u32::from(limits.is_some()),
+                    ring_step: limits_or.ring_step,
+                    side_error: limits_or.side_error,
+                })?;
+                cmd.dispatch_over(count)
+            })?;
+        frame
+            .pass("fibres: offsets")
+            .read(&b.choices, Access::ComputeRead)
+            .write(&b.choices, Access::ComputeWrite)
+            .write(&b.draw, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.scan)?;
+                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into())])?;
+                cmd.push(&ScanPush {
+                    fibre_count: count,
+                    vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
+                    index_limit: (b.index.size() / 4) as u32,
+                })?;
+                cmd.dispatch(1, 1, 1);
+                Ok(())
+            })?;
+        frame
+            .pass("fibres: skin")
+            .read(&b.choices, Access::ComputeRead)
+            .read(&b.rings, Access::ComputeRead)
+            .write(&b.vertex, Access::ComputeWrite)
+            .write(&b.index, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, (&b.choices).into()),
+                    (3, (&b.rings).into()),
+                    (4, (&b.vertex).into()),
+                    (5, (&b.index).into()),
+                ])?;
+                cmd.push(&count)?;
+                cmd.dispatch(count.min(GROUPS_X), count.div_ceil(GROUPS_X), 1);
+                Ok(())
+            })
+    }
+
+    /// The draw.
+    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets) -> Result<()> {
+        let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else { return Ok(()) };
+        frame
+            .pass("fibres: draw")
+            .read(&b.vertex, Access::AttributeRead)
+            .read(&b.index, Access::IndexRead)
+            .read(&b.draw, Access::IndirectRead)
+            .color(&targets.light, Load::Keep)
+            .depth(&targets.depth, DepthLoad::Keep)
+            .run(|cmd| {
+                cmd.pipeline(&self.draw)?;
+                cmd.bind(&[(0, view.into()), (1, materials.into())])?;
+                cmd.vertices(0, &b.vertex)?;
+                cmd.indices(&b.index, vk::IndexType::UINT32)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)
+            })
+    }
+
+    /// What the last picture's scan counted. Waits for the device: for tests and benches.
+    pub fn counts(&self) -> Result<DrawCounts> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(DrawCounts::default()) };
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
+    }
+
+    /// Vertices and indices of the last picture. Waits for the device: for tests.
+    pub fn read_back(&self) -> Result<(Vec<[u32; VERTEX_WORDS]>, Vec<u32>)> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok((Vec::new(), Vec::new())) };
+        let counts = self.counts()?;
+        let words = |bytes: Vec<u8>, most: usize| -> Vec<u32> {
+            bytes.chunks_exact(4).take(most).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect()
+        };
+        let vertices = words(self.gpu.read_buffer(&b.vertex)?, counts.vertices as usize * VERTEX_WORDS);
+        let vertices = vertices
+            .chunks_exact(VERTEX_WORDS)
+            .map(|v| {
+                let mut vertex = [0; VERTEX_WORDS];
+                vertex.copy_from_slice(v);
+                vertex
+            })
+            .collect();
+        Ok((vertices, words(self.gpu.read_buffer(&b.index)?, counts.indices as usize)))
+    }
+
+    /// Makes the buffers great enough; they only grow.
+    fn reserve(&mut self, fibres: u64, vertices: u64) -> Result<()> {
+        let vertices = vertices.min(MOST_VERTICES);
+        if self.buffers.as_ref().is_some_and(|b| b.fibres >= fibres && b.vertices >= vertices) {
+            return Ok(());
+        }
+        let fibres = fibres.next_power_of_two().max(256);
+        let vertices = vertices.next_power_of_two().clamp(4096, MOST_VERTICES);
+        let buffer = |name, size, usage| {
+            let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(&self.gpu, &BufferDesc { name, size, usage, memory: Memory::Device })
+        };
+        use vk::BufferUsageFlags as U;
+        self.buffers = Some(Buffers {
+            fibres,
+            vertices,
+            choices: buffer("fibre choices", fibres * 32, U::empty())?,
+            rings: buffer("fibre rings", fibres * u64::from(RINGS) * 64, U::empty())?,
+            vertex: buffer("fibre vertices", vertices * VERTEX_WORDS as u64 * 4, U::VERTEX_BUFFER)?,
+            // Six indices a quad, one quad a vertex at most.
+            index: buffer("fibre indices", (vertices * 6).min(MOST_INDICES) * 4, U::INDEX_BUFFER)?,
+            draw: buffer("fibre draw", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,57 @@
+//! Debug lines: forces, moments, skeletons, over everything that is not in front of them.
+
+use super::{
+    gather::GpuLine,
+    targets::{DEPTH, LIGHT, Targets},
+};
+use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload};
+use ash::vk;
+
+/// The pass that draws debug lines.
+pub struct Lines {
+    pipeline: Pipeline,
+}
+
+impl Lines {
+    /// Describes the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        let desc = GraphicsDesc {
+            color: &[(LIGHT, Blend::Alpha)],
+            depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
+            ..GraphicsDesc::new("debug lines", "line.vert", "line.frag")
+        };
+        Self { pipeline: Pipeline::graphics(gpu, &desc) }
+    }
+
+    /// Compiles the pipeline now.
+    pub fn prepare(&self) -> Result<()> {
+        self.pipeline.prepare()
+    }
+
+    /// The pass. `width` in pixels.
+    pub fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        lines: &[GpuLine],
+        width: f32,
+        targets: &Targets,
+    ) -> Result<()> {
+        if lines.is_empty() {
+            return Ok(());
+        }
+        let count = lines.len() as u32;
+        let lines = frame.upload(lines)?;
+        frame
+            .pass("debug lines")
+            .color(&targets.light, Load::Keep)
+            .depth(&targets.depth, DepthLoad::ReadOnly)
+            .run(|cmd| {
+                cmd.pipeline(&self.pipeline)?;
+                cmd.bind(&[(0, view.into()), (1, lines.into())])?;
+                cmd.push(&width)?;
+                cmd.draw(0..count * 6, 0..1);
+                Ok(())
+            })
+    }
+}

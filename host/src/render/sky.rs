@@ -1,0 +1,43 @@
+//! The background: the water's own light and the surface from below, where nothing else was drawn.
+
+use super::targets::{DEPTH, LIGHT, Targets};
+use crate::gpu::{
+    Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload,
+};
+use ash::vk;
+
+/// The pass that draws the background.
+pub struct Sky {
+    pipeline: Pipeline,
+}
+
+impl Sky {
+    /// Describes the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        let desc = GraphicsDesc {
+            color: &[(LIGHT, Blend::Replace)],
+            depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
+            ..GraphicsDesc::new("background", "full_screen.vert", "sky.frag")
+        };
+        Self { pipeline: Pipeline::graphics(gpu, &desc) }
+    }
+
+    /// Compiles the pipeline now.
+    pub fn prepare(&self) -> Result<()> {
+        self.pipeline.prepare()
+    }
+
+    /// The pass.
+    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets) -> Result<()> {
+        frame
+            .pass("background")
+            .color(&targets.light, Load::Keep)
+            .depth(&targets.depth, DepthLoad::ReadOnly)
+            .run(|cmd| {
+                cmd.pipeline(&self.pipeline)?;
+                cmd.bind(&[(0, view.into())])?;
+                cmd.draw(0..3, 0..1);
+                Ok(())
+            })
+    }
+}

@@ -1,0 +1,195 @@
+//! The sea bed: tiles of a grid whose vertices read the height field, sand made in the fragment shader.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::DVec2;
+
+use super::{
+    contact::{self, ContactMap},
+    gather::Stander,
+    noise,
+    targets::{DEPTH, LIGHT, Targets},
+    tiles,
+    view::{Lens, View},
+};
+use crate::{
+    gpu::{
+        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load, Pipeline,
+        Resource, Result, SamplerDesc, Upload,
+    },
+    world::environment::{Environment, Terrain as Bed},
+};
+
+/// What the ground's and the rocks' shaders read besides the view: noise and contact map.
+pub struct GroundTextures {
+    /// Tiling noise.
+    pub noise: Image,
+    /// Shade of what stands on the ground.
+    pub contact: Image,
+    /// For the noise.
+    pub repeat: vk::Sampler,
+    /// For the contact map.
+    pub clamp: vk::Sampler,
+    origin: DVec2,
+    extent: f32,
+    key: Option<u64>,
+}
+
+impl GroundTextures {
+    /// Makes the noise, and an empty contact map.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        use vk::ImageUsageFlags as U;
+        let size = (noise::SIZE as u32, noise::SIZE as u32);
+        let usage = U::SAMPLED | U::TRANSFER_DST | U::TRANSFER_SRC;
+        let format = vk::Format::R8G8B8A8_UNORM;
+        let image = Image::new(gpu, &ImageDesc { mips: 9, ..ImageDesc::new("noise", size, format, usage) })?;
+        gpu.write_image(&image, &noise::texels())?;
+        Ok(Self {
+            noise: image,
+            contact: contact_image(gpu, &vec![255; contact::SIZE * contact::SIZE * 2])?,
+            repeat: gpu.sampler(SamplerDesc { linear: true, repeat: true, anisotropic: false })?,
+            clamp: gpu.sampler(SamplerDesc { linear: true, repeat: false, anisotropic: false })?,
+            origin: DVec2::ZERO,
+            extent: 1.0,
+            key: None,
+        })
+    }
+
+    /// Makes the contact map anew where something moved.
+    pub fn update(&mut self, gpu: &Gpu, environment: &Environment, standers: &[Stander]) -> Result<()> {
+        let key = ContactMap::key(standers);
+        if self.key == Some(key) {
+            return Ok(());
+        }
+        let map = ContactMap::new(environment, standers);
+        self.contact = contact_image(gpu, &map.texels)?;
+        self.origin = map.origin;
+        self.extent = map.extent;
+        self.key = Some(key);
+        Ok(())
+    }
+
+    /// Forgets the contact map: the scene is another.
+    pub fn forget(&mut self) {
+        self.key = None;
+    }
+
+    /// Both, as bindings 3 and 4.
+    pub fn bindings(&self) -> [(u32, Resource<'_>); 2] {
+        [
+            (3, Resource::Texture(&self.noise, self.repeat)),
+            (4, Resource::Texture(&self.contact, self.clamp)),
+        ]
+    }
+
+    /// Where the contact map lies.
+    pub fn describe(&self, view: &mut View, lens: &Lens) {
+        view.terrain_size[2] = 1.0 / self.extent;
+        view.terrain_size[3] = 1.0 / self.extent;
+        view.contact_origin[0] = (self.origin.x - lens.eye.x) as f32;
+        view.contact_origin[1] = (self.origin.y - lens.eye.z) as f32;
+    }
+}
+
+fn contact_image(gpu: &Gpu, texels: &[u8]) -> Result<Image> {
+    let size = (contact::SIZE as u32, contact::SIZE as u32);
+    let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    let image = Image::new(gpu, &ImageDesc::new("contact map", size, vk::Format::R8G8_UNORM, usage))?;
+    gpu.write_image(&image, texels)?;
+    Ok(image)
+}
+
+/// The pass that draws the sea bed.
+pub struct Terrain {
+    pipeline: Pipeline,
+    indices: Buffer,
+    bed: Option<(Arc<Bed>, Buffer)>,
+}
+
+impl Terrain {
+    /// Describes the pipeline, makes the tiles' indices.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        let desc = GraphicsDesc {
+            cull: vk::CullModeFlags::BACK,
+            color: &[(LIGHT, Blend::Replace)],
+            depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+            ..GraphicsDesc::new("terrain", "terrain.vert", "terrain.frag")
+        };
+        Ok(Self {
+            pipeline: Pipeline::graphics(gpu, &desc),
+            indices: gpu.buffer_with("terrain indices", vk::BufferUsageFlags::INDEX_BUFFER, &tiles::indices())?,
+            bed: None,
+        })
+    }
+
+    /// Compiles the pipeline now.
+    pub fn prepare(&self) -> Result<()> {
+        self.pipeline.prepare()
+    }
+
+    /// Takes over a scene's bed.
+    pub fn set(&mut self, gpu: &Gpu, bed: Option<&Arc<Bed>>) -> Result<()> {
+        self.bed = match bed {
+            Some(bed) => {
+                let heights = tiles::heights(bed);
+                let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+                Some((bed.clone(), gpu.buffer_with("terrain heights", usage, &heights)?))
+            }
+            None => None,
+        };
+        Ok(())
+    }
+
+    /// Where the bed lies, for the shaders.
+    pub fn describe(&self, view: &mut View, lens: &Lens) {
+        let Some((bed, _)) = &self.bed else { return };
+        view.terrain_origin = [
+            (bed.origin[0] - lens.eye.x) as f32,
+            (bed.origin[1] - lens.eye.z) as f32,
+            bed.cell,
+            -lens.eye.y as f32,
+        ];
+        view.terrain_size[0] = bed.columns as f32;
+        view.terrain_size[1] = bed.rows as f32;
+        let ripples = bed.ripples;
+        view.eye[3] = std::f32::consts::TAU / ripples.spacing.max(0.01);
+        view.plain[3] = ripples.height * 0.5;
+        view.contact_origin[2] = ripples.direction.sin();
+        view.contact_origin[3] = ripples.direction.cos();
+    }
+
+    /// The pass.
+    pub fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        lens: &Lens,
+        textures: &GroundTextures,
+        targets: &Targets,
+    ) -> Result<()> {
+        let Some((bed, heights)) = &self.bed else { return Ok(()) };
+        let tiles = tiles::tiles(bed, lens);
+        if tiles.is_empty() {
+            return Ok(());
+        }
+        let count = tiles.len() as u32;
+        let tiles = frame.upload(&tiles)?;
+        frame
+            .pass("terrain")
+            .read(&self.indices, Access::IndexRead)
+            .read(heights, Access::VertexRead)
+            .read(&textures.noise, Access::FragmentSampled)
+            .read(&textures.contact, Access::FragmentSampled)
+            .color(&targets.light, Load::Keep)
+            .depth(&targets.depth, DepthLoad::Keep)
+            .run(|cmd| {
+                cmd.pipeline(&self.pipeline)?;
+                let [noise, contact] = textures.bindings();
+                cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), noise, contact])?;
+                cmd.indices(&self.indices, vk::IndexType::UINT16)?;
+                cmd.draw_indexed(0..(self.indices.size() / 2) as u32, 0, 0..count);
+                Ok(())
+            })
+    }
+}
