@@ -1,15 +1,6 @@
 //! Comparing a picture with its golden one, and drawing the difference.
 
-/// An RGBA8 picture, row after row.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Width [px].
-    pub width: u32,
-    /// Height [px].
-    pub height: u32,
-    /// Four bytes a pixel.
-    pub rgba: Vec<u8>,
-}
+use crate::gpu::Picture;
 
 /// A channel may differ by this much: what another instruction set's rounding does.
 pub const TOLERANCE: u8 = 2;

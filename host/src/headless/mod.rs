@@ -3,8 +3,10 @@
 pub mod bench;
 pub mod compare;
 pub mod doctor;
+pub mod pictures;
 pub mod plugins;
 pub mod render;
 pub mod scenes;
 pub mod sim;
+pub mod studio;
 pub mod validate;

@@ -309,7 +309,7 @@ mod tests {
         assert!((g.objects[0].current[0] + eye.x - 9.5).abs() < 1e-5);
         let first = g.fibres[0];
         assert_eq!(first.blend, 0.25);
-        assert_eq!(g.previous_nodes[first.previous_node as usize].position[0], 0.09);
+        assert_eq!(g.previous_nodes[first.previous_node as usize].position[0], 9.0 * 0.01);
     }
 
     #[test]

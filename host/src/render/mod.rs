@@ -23,6 +23,8 @@ mod targets;
 mod terrain;
 pub mod tiles;
 mod tone;
+#[cfg(test)]
+mod device_tests;
 pub mod twin;
 pub mod view;
 pub mod water;

@@ -1,0 +1,176 @@
+//! The passes on a real device (lavapipe counts): the GPU's vertices against the CPU's twin, and what a picture must
+//! and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
+
+use glam::{DVec3, Vec3, Vec4};
+
+use super::{
+    Settings, Shot,
+    fibres::VERTEX_WORDS,
+    gather, lod, sample,
+    twin::{self, Skinned},
+    view::{self, Lens},
+};
+use crate::{
+    gpu::{Gpu, GpuOptions, Picture, Validation},
+    headless::{pictures::write_png, studio::Studio},
+    world::frame::{CameraPose, Frame},
+};
+
+const SIZE: (u32, u32) = (640, 360);
+
+fn open() -> Option<Gpu> {
+    match Gpu::open(&GpuOptions { validation: Validation::Off, ..GpuOptions::default() }) {
+        Ok(gpu) => {
+            newest_shaders(&gpu);
+            Some(gpu)
+        }
+        Err(error) if std::env::var("REEF_REQUIRE").as_deref() == Ok("all") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// With REEF_TEST_SHADERS=DIR, SPIR-V from there takes the place of what is embedded.
+fn newest_shaders(gpu: &Gpu) {
+    let Ok(folder) = std::env::var("REEF_TEST_SHADERS") else { return };
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let name = entry.file_name().to_string_lossy().replace(".spv", "");
+        let bytes = std::fs::read(entry.path()).expect("readable");
+        gpu.shaders().replace(&name, &bytes).expect("usable");
+    }
+}
+
+fn keep(name: &str, picture: &Picture) {
+    if let Ok(folder) = std::env::var("REEF_TEST_PICTURES") {
+        write_png(&std::path::Path::new(&folder).join(format!("{name}.png")), picture).expect("written");
+    }
+}
+
+fn hero() -> CameraPose {
+    sample::looking_at(DVec3::new(0.15, -3.45, 1.5), DVec3::new(0.0, -3.62, 0.0))
+}
+
+fn two_steps(make: impl Fn(f32) -> crate::plugin::streams::Outputs, camera: CameraPose) -> [Frame; 2] {
+    [sample::frame(1, camera, make(0.0)), sample::frame(2, camera, make(0.12))]
+}
+
+fn half(v: u32) -> f32 {
+    let (sign, exponent, mantissa) = (v >> 15 & 1, v >> 10 & 31, v & 1023);
+    let value = match exponent {
+        0 => mantissa as f32 * 2.0_f32.powi(-24),
+        _ => (1.0 + mantissa as f32 / 1024.0) * 2.0_f32.powi(exponent as i32 - 15),
+    };
+    if sign == 1 { -value } else { value }
+}
+
+fn snorm(v: u32) -> f32 {
+    (f32::from(v as u16 as i16) / 32767.0).max(-1.0)
+}
+
+/// Compares one fibre's vertices with its twin's. Positions: sine, cosine and square root on the device err by a few
+/// units in the last place of coordinates near 2; packed values by half a step of their format.
+fn assert_same(name: &str, expected: &Skinned, vertices: &[[u32; VERTEX_WORDS]], indices: &[u32], first: u32) {
+    assert_eq!(vertices.len(), expected.vertices.len(), "{name}");
+    for (i, (v, e)) in vertices.iter().zip(&expected.vertices).enumerate() {
+        let clip = Vec4::new(f32::from_bits(v[0]), f32::from_bits(v[1]), f32::from_bits(v[2]), f32::from_bits(v[3]));
+        assert!(clip.distance(e.clip) < 2e-5 * (1.0 + e.clip.length()), "{name}, vertex {i}: {clip} and {}", e.clip);
+        let normal = Vec3::new(snorm(v[4] & 0xffff), snorm(v[4] >> 16), snorm(v[5] & 0xffff));
+        assert!(normal.distance(e.normal) < 2e-3, "{name}, vertex {i}: {normal} and {}", e.normal);
+        assert!((snorm(v[5] >> 16) * 2.0 - e.along).abs() < 2e-4, "{name}, vertex {i}");
+        assert!((half(v[7] & 0xffff) - e.radius_cm).abs() < 1e-3 * (1.0 + e.radius_cm), "{name}, vertex {i}");
+        assert!((half(v[7] >> 16) - e.coverage).abs() < 1e-3, "{name}, vertex {i}");
+    }
+    let relative: Vec<u32> = indices.iter().map(|i| i - first).collect();
+    assert_eq!(relative, expected.indices, "{name}");
+}
+
+#[test]
+fn the_gpus_vertices_are_those_of_the_twin() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let camera = hero();
+    let [previous, current] = two_steps(|sway| sample::garden(&environment, sway), camera);
+    let lens = Lens::new(&camera, [SIZE.0, SIZE.1], view::visibility(&environment));
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    for (alpha, detail) in [(0.3, Some(lod::Thresholds::default())), (1.0, None)] {
+        let shot = Shot { previous: &previous, current: &current, alpha, camera, environment: &environment };
+        let settings = Settings { detail, ..Settings::default() };
+        studio.run(&shot, &settings).expect("a picture");
+        let (vertices, indices) = studio.renderer().fibres().read_back().expect("read back");
+        let counts = studio.renderer().fibres().counts().expect("read back");
+        let gathered = gather::gather(&previous, &current, alpha, &lens, 0);
+        let (mut vertex, mut index, mut drawn) = (0, 0, 0);
+        for i in 0..gathered.fibres.len() {
+            let Some(expected) = twin::skin(&gathered, i, &lens, detail.as_ref()) else { continue };
+            let (v, n) = (expected.vertices.len(), expected.indices.len());
+            assert!(vertex + v <= vertices.len() && index + n <= indices.len(), "fibre {i} is missing");
+            assert_same(
+                &format!("fibre {i}, alpha {alpha}"),
+                &expected,
+                &vertices[vertex..vertex + v],
+                &indices[index..index + n],
+                vertex as u32,
+            );
+            vertex += v;
+            index += n;
+            drawn += 1;
+        }
+        assert_eq!((vertex, index, drawn), (vertices.len(), indices.len(), counts.drawn), "nothing else is drawn");
+        assert_eq!(counts.left_out, 0);
+        if detail.is_none() {
+            assert_eq!(drawn as usize, gathered.fibres.len(), "nothing is culled without detail");
+        } else {
+            assert!((drawn as usize) < gathered.fibres.len(), "something is culled");
+        }
+    }
+    drop(studio);
+    gpu.close();
+}
+
+/// Mean and standard deviation of a channel over some rows.
+fn statistics(picture: &Picture, rows: std::ops::Range<u32>, channel: usize) -> (f32, f32) {
+    let row = picture.width as usize * 4;
+    let values: Vec<f32> = picture.rgba[rows.start as usize * row..rows.end as usize * row]
+        .chunks_exact(4)
+        .map(|p| f32::from(p[channel]))
+        .collect();
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / values.len() as f32;
+    (mean, variance.sqrt())
+}
+
+#[test]
+fn a_garden_is_neither_black_nor_flat_and_its_water_changes_from_top_to_bottom() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let camera = hero();
+    let [previous, current] = two_steps(|sway| sample::garden(&environment, sway), camera);
+    let shot = Shot { previous: &previous, current: &current, alpha: 0.5, camera, environment: &environment };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let picture = studio.shoot(&shot, &Settings::default()).expect("a picture");
+    keep("garden", &picture);
+    for channel in 0..3 {
+        let (mean, deviation) = statistics(&picture, 0..SIZE.1, channel);
+        assert!((20.0..220.0).contains(&mean), "channel {channel}: mean {mean}");
+        assert!(deviation > 10.0, "channel {channel}: deviation {deviation}");
+    }
+    let (red, _) = statistics(&picture, 0..40, 0);
+    let (blue, _) = statistics(&picture, 0..40, 2);
+    assert!(blue > red + 30.0, "the water is blue: {red} and {blue}");
+    let again = studio.shoot(&shot, &Settings::default()).expect("a picture");
+    assert!(picture == again, "the same frame gives the same bytes");
+
+    let side = sample::looking_at(DVec3::new(-3.0, -2.9, 2.4), DVec3::new(0.0, -3.8, -2.0));
+    for (name, camera) in [
+        ("garden-close", sample::looking_at(DVec3::new(0.12, -3.62, 0.55), DVec3::new(0.0, -3.72, 0.0))),
+        ("garden-wide", side),
+        ("garden-up", sample::looking_at(DVec3::new(0.5, -3.9, 1.0), DVec3::new(0.2, -3.2, -0.3))),
+    ] {
+        let shot = Shot { camera, ..shot };
+        keep(name, &studio.shoot(&shot, &Settings::default()).expect("a picture"));
+    }
+    drop(studio);
+    gpu.close();
+}
