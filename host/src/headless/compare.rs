@@ -25,7 +25,9 @@ pub struct Difference {
 impl Difference {
     /// Whether the pictures count as the same.
     pub fn passes(&self) -> bool {
-        !self.other_size && self.greatest <= LIMIT && self.exceptions as f64 <= EXCEPTIONS * self.pixels as f64
+        !self.other_size
+            && self.greatest <= LIMIT
+            && self.exceptions as f64 <= EXCEPTIONS * self.pixels as f64
     }
 }
 

@@ -90,7 +90,11 @@ mod tests {
     fn a_written_picture_reads_back_the_same() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.png");
-        let picture = Picture { width: 3, height: 2, rgba: (0..24).map(|i| if i % 4 == 3 { 255 } else { i * 9 }).collect() };
+        let picture = Picture {
+            width: 3,
+            height: 2,
+            rgba: (0..24).map(|i| if i % 4 == 3 { 255 } else { i * 9 }).collect(),
+        };
         write_png(&path, &picture).expect("written");
         assert_eq!(read_png(&path).expect("read"), picture);
     }
@@ -99,7 +103,8 @@ mod tests {
     fn a_folder_that_is_not_there_is_named_and_nothing_is_left_behind() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("missing/a.png");
-        let error = write_png(&path, &Picture { width: 1, height: 1, rgba: vec![0; 4] }).expect_err("no folder");
+        let error =
+            write_png(&path, &Picture { width: 1, height: 1, rgba: vec![0; 4] }).expect_err("no folder");
         assert!(error.to_string().contains("missing"), "{error}");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 0);
     }

@@ -153,7 +153,12 @@ mod tests {
     use crate::render::sample;
 
     fn stander() -> Stander {
-        Stander { base: DVec3::new(-1.0, -4.0, 0.5), base_radius: 0.05, crown_radius: 0.12, crown_height: 0.1 }
+        Stander {
+            base: DVec3::new(-1.0, -4.0, 0.5),
+            base_radius: 0.05,
+            crown_radius: 0.12,
+            crown_height: 0.1,
+        }
     }
 
     fn at(map: &ContactMap, x: f64, z: f64) -> [u8; 2] {

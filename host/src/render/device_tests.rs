@@ -71,11 +71,22 @@ fn snorm(v: u32) -> f32 {
 
 /// Compares one fibre's vertices with its twin's. Positions: sine, cosine and square root on the device err by a few
 /// units in the last place of coordinates near 2; packed values by half a step of their format.
-fn assert_same(name: &str, expected: &Skinned, vertices: &[[u32; VERTEX_WORDS]], indices: &[u32], first: u32) {
+fn assert_same(
+    name: &str,
+    expected: &Skinned,
+    vertices: &[[u32; VERTEX_WORDS]],
+    indices: &[u32],
+    first: u32,
+) {
     assert_eq!(vertices.len(), expected.vertices.len(), "{name}");
     for (i, (v, e)) in vertices.iter().zip(&expected.vertices).enumerate() {
-        let clip = Vec4::new(f32::from_bits(v[0]), f32::from_bits(v[1]), f32::from_bits(v[2]), f32::from_bits(v[3]));
-        assert!(clip.distance(e.clip) < 2e-5 * (1.0 + e.clip.length()), "{name}, vertex {i}: {clip} and {}", e.clip);
+        let clip =
+            Vec4::new(f32::from_bits(v[0]), f32::from_bits(v[1]), f32::from_bits(v[2]), f32::from_bits(v[3]));
+        assert!(
+            clip.distance(e.clip) < 2e-5 * (1.0 + e.clip.length()),
+            "{name}, vertex {i}: {clip} and {}",
+            e.clip
+        );
         let normal = Vec3::new(snorm(v[4] & 0xffff), snorm(v[4] >> 16), snorm(v[5] & 0xffff));
         assert!(normal.distance(e.normal) < 2e-3, "{name}, vertex {i}: {normal} and {}", e.normal);
         assert!((snorm(v[5] >> 16) * 2.0 - e.along).abs() < 2e-4, "{name}, vertex {i}");
@@ -117,7 +128,11 @@ fn the_gpus_vertices_are_those_of_the_twin() {
             index += n;
             drawn += 1;
         }
-        assert_eq!((vertex, index, drawn), (vertices.len(), indices.len(), counts.drawn), "nothing else is drawn");
+        assert_eq!(
+            (vertex, index, drawn),
+            (vertices.len(), indices.len(), counts.drawn),
+            "nothing else is drawn"
+        );
         assert_eq!(counts.left_out, 0);
         if detail.is_none() {
             assert_eq!(drawn as usize, gathered.fibres.len(), "nothing is culled without detail");

@@ -16,8 +16,8 @@ use super::{
     targets::{DEPTH, LIGHT, Targets},
 };
 use crate::gpu::{
-    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory, Pipeline,
-    Result, Upload, VertexDesc,
+    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
+    Pipeline, Result, Upload, VertexDesc,
 };
 
 /// Words of a vertex, as in `fibre_skin.comp`.
@@ -213,7 +213,9 @@ impl Fibres {
 
     /// The draw.
     pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets) -> Result<()> {
-        let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else { return Ok(()) };
+        let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
+            return Ok(());
+        };
         frame
             .pass("fibres: draw")
             .read(&b.vertex, Access::AttributeRead)

@@ -117,7 +117,12 @@ pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channe
 
 fn gpu_line(line: &abi::DebugLine, lens: &Lens) -> GpuLine {
     let from = relative(line.from, lens);
-    GpuLine { from: from.to_array(), color: line.color, to: (from + Vec3::from(line.delta)).to_array(), spare: 0 }
+    GpuLine {
+        from: from.to_array(),
+        color: line.color,
+        to: (from + Vec3::from(line.delta)).to_array(),
+        spare: 0,
+    }
 }
 
 fn relative(origin: [f64; 3], lens: &Lens) -> Vec3 {
@@ -256,7 +261,11 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
                 let low = f64::from(object.bounds_center[1] - object.bounds_radius);
                 standers.push(Stander {
                     base: DVec3::from(object.origin)
-                        + DVec3::new(f64::from(object.bounds_center[0]), low, f64::from(object.bounds_center[2])),
+                        + DVec3::new(
+                            f64::from(object.bounds_center[0]),
+                            low,
+                            f64::from(object.bounds_center[2]),
+                        ),
                     base_radius: object.bounds_radius * 0.15,
                     crown_radius: object.bounds_radius * 0.5,
                     crown_height: object.bounds_radius,
@@ -279,7 +288,11 @@ mod tests {
     fn two_objects(ids: [u64; 2], x: f32) -> Outputs {
         let mut out = Outputs { materials: Arc::new(vec![sample::tissue()]), ..Outputs::default() };
         for (i, id) in ids.into_iter().enumerate() {
-            out.objects.push(abi::Object { id, origin: [f64::from(x) + id as f64, 0.0, 0.0], ..Default::default() });
+            out.objects.push(abi::Object {
+                id,
+                origin: [f64::from(x) + id as f64, 0.0, 0.0],
+                ..Default::default()
+            });
             out.fibres.push(abi::Fibre {
                 object: i as u32,
                 first_node: out.fibre_nodes.len() as u32,
@@ -290,7 +303,8 @@ mod tests {
                 ..Default::default()
             });
             for y in [0.0, 0.1] {
-                out.fibre_nodes.push(abi::FibreNode { position: [id as f32 * 0.01 + x, y, 0.0], radius: 0.01 });
+                out.fibre_nodes
+                    .push(abi::FibreNode { position: [id as f32 * 0.01 + x, y, 0.0], radius: 0.01 });
             }
         }
         out
@@ -341,6 +355,10 @@ mod tests {
         let camera = sample::looking_at(DVec3::ONE, DVec3::ZERO);
         let frame = sample::frame(1, camera, now);
         assert_eq!(gather(&frame, &frame, 1.0, &lens(), 1 << 3).lines.len(), 1);
-        assert_eq!(gather(&frame, &frame, 1.0, &lens(), u32::MAX).lines.len(), 2, "channel 40 does not exist");
+        assert_eq!(
+            gather(&frame, &frame, 1.0, &lens(), u32::MAX).lines.len(),
+            2,
+            "channel 40 does not exist"
+        );
     }
 }

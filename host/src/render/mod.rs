@@ -11,6 +11,8 @@
 
 pub mod boulder;
 pub mod contact;
+#[cfg(test)]
+mod device_tests;
 pub mod fibres;
 pub mod gather;
 mod lines;
@@ -23,8 +25,6 @@ mod targets;
 mod terrain;
 pub mod tiles;
 mod tone;
-#[cfg(test)]
-mod device_tests;
 pub mod twin;
 pub mod view;
 pub mod water;

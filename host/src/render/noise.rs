@@ -57,7 +57,8 @@ fn gradient_noise(at: [f32; 2], cells: usize, seed: u32) -> f32 {
     let value = |dx: usize, dz: usize| {
         let x = (corner[0] as usize + dx) % cells;
         let z = (corner[1] as usize + dz) % cells;
-        let angle = (hash(hash(x as u32 ^ seed) ^ z as u32) >> 8) as f32 / (1 << 24) as f32 * std::f32::consts::TAU;
+        let angle =
+            (hash(hash(x as u32 ^ seed) ^ z as u32) >> 8) as f32 / (1 << 24) as f32 * std::f32::consts::TAU;
         angle.cos() * (t[0] - dx as f32) + angle.sin() * (t[1] - dz as f32)
     };
     let low = value(0, 0) + (value(1, 0) - value(0, 0)) * fade[0];

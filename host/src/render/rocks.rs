@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload,
-        VertexDesc,
+        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result,
+        Upload, VertexDesc,
     },
     world::environment::{Rock, Terrain},
 };
@@ -46,11 +46,8 @@ impl Rocks {
     /// Describes the pipeline, makes the balls.
     pub fn new(gpu: &Gpu) -> Result<Self> {
         let vertex = [(0, vk::Format::R32G32B32_SFLOAT, 0), (1, vk::Format::R16G16B16A16_SNORM, 12)];
-        let buffers = [VertexDesc {
-            stride: size_of::<RockVertex>() as u32,
-            per_instance: false,
-            attributes: &vertex,
-        }];
+        let buffers =
+            [VertexDesc { stride: size_of::<RockVertex>() as u32, per_instance: false, attributes: &vertex }];
         let desc = GraphicsDesc {
             cull: vk::CullModeFlags::BACK,
             vertices: &buffers,

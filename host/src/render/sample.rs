@@ -40,12 +40,7 @@ pub fn environment() -> Environment {
             columns,
             rows,
             heights,
-            rocks: vec![Rock {
-                position: [1.4, -3.9, -1.8],
-                half_axes: [0.8, 0.55, 0.6],
-                yaw: 0.4,
-                seed: 7,
-            }],
+            rocks: vec![Rock { position: [1.4, -3.9, -1.8], half_axes: [0.8, 0.55, 0.6], yaw: 0.4, seed: 7 }],
             ripples: Ripples::default(),
         })),
         plain_background: None,
@@ -121,7 +116,9 @@ pub fn tentacles(bed: &Bed, sway: f32) -> Outputs {
         let mut p = root;
         for n in 0..NODES {
             let t = n as f32 / (NODES - 1) as f32;
-            outputs.fibre_nodes.push(abi::FibreNode { position: p.to_array(), radius: bed.radius * (1.0 - 0.6 * t) });
+            outputs
+                .fibre_nodes
+                .push(abi::FibreNode { position: p.to_array(), radius: bed.radius * (1.0 - 0.6 * t) });
             let bend = lean * (0.3 + 1.4 * t);
             let turn = azimuth + 0.8 * t;
             p += step * Vec3::new(bend.sin() * turn.cos(), bend.cos(), bend.sin() * turn.sin());
@@ -158,10 +155,16 @@ pub fn anemone(outputs: &mut Outputs, id: u64, origin: [f64; 3], size: f32, mate
     let object = outputs.objects.len() as u32;
     let push = |outputs: &mut Outputs, nodes: &[(Vec3, f32)], fibre: abi::Fibre| {
         let first_node = outputs.fibre_nodes.len() as u32;
-        outputs.fibre_nodes.extend(
-            nodes.iter().map(|&(p, radius)| abi::FibreNode { position: p.to_array(), radius }),
-        );
-        outputs.fibres.push(abi::Fibre { object, first_node, node_count: nodes.len() as u32, flatness: 1.0, ..fibre });
+        outputs
+            .fibre_nodes
+            .extend(nodes.iter().map(|&(p, radius)| abi::FibreNode { position: p.to_array(), radius }));
+        outputs.fibres.push(abi::Fibre {
+            object,
+            first_node,
+            node_count: nodes.len() as u32,
+            flatness: 1.0,
+            ..fibre
+        });
     };
     outputs.objects.push(abi::Object {
         id,
@@ -181,7 +184,13 @@ pub fn anemone(outputs: &mut Outputs, id: u64, origin: [f64; 3], size: f32, mate
     push(
         outputs,
         &foot,
-        abi::Fibre { material: materials[0], sides: 32, flags: abi::FIBRE_CAP, normal, ..abi::Fibre::default() },
+        abi::Fibre {
+            material: materials[0],
+            sides: 32,
+            flags: abi::FIBRE_CAP,
+            normal,
+            ..abi::Fibre::default()
+        },
     );
     for n in 0..70_u32 {
         let hash = (n + 1).wrapping_mul(0x9e37_79b1) ^ (id as u32).wrapping_mul(0x85eb_ca6b);
@@ -226,10 +235,13 @@ pub fn grass(outputs: &mut Outputs, id: u64, origin: [f64; 3], material: u32, sw
         let length = 0.35 + 0.35 * unit(5);
         for i in 0..8 {
             let t = i as f32 / 7.0;
-            outputs.fibre_nodes.push(abi::FibreNode { position: p.to_array(), radius: 0.006 * (1.05 - t) + 0.001 });
+            outputs
+                .fibre_nodes
+                .push(abi::FibreNode { position: p.to_array(), radius: 0.006 * (1.05 - t) + 0.001 });
             let bend = (0.15 + 0.3 * unit(21)) * t + sway * t;
             p += (length / 7.0)
-                * Vec3::new(bend.sin() + 0.1 * turn.cos() * t, bend.cos(), 0.3 * turn.sin() * t).normalize_or(Vec3::Y);
+                * Vec3::new(bend.sin() + 0.1 * turn.cos() * t, bend.cos(), 0.3 * turn.sin() * t)
+                    .normalize_or(Vec3::Y);
         }
         outputs.fibres.push(abi::Fibre {
             object,
@@ -299,7 +311,13 @@ pub fn garden(environment: &Environment, sway: f32) -> Outputs {
     for i in 0..14 {
         let angle = f64::from(i) * 2.4;
         let r = 2.0 + 0.55 * f64::from(i);
-        place(&mut outputs, r * angle.cos(), -2.5 - r * angle.sin().abs(), 0.18, [(i % 2) as u32 * 2, 1 + (i % 2) as u32 * 2]);
+        place(
+            &mut outputs,
+            r * angle.cos(),
+            -2.5 - r * angle.sin().abs(),
+            0.18,
+            [(i % 2) as u32 * 2, 1 + (i % 2) as u32 * 2],
+        );
     }
     for i in 0..12_u64 {
         let (x, z) = (-2.6 + 0.45 * i as f64, -2.0 - 0.4 * ((i * 7) % 5) as f64);

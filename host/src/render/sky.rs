@@ -1,9 +1,7 @@
 //! The background: the water's own light and the surface from below, where nothing else was drawn.
 
 use super::targets::{DEPTH, LIGHT, Targets};
-use crate::gpu::{
-    Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload,
-};
+use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload};
 use ash::vk;
 
 /// The pass that draws the background.

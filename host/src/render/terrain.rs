@@ -15,8 +15,8 @@ use super::{
 };
 use crate::{
     gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load, Pipeline,
-        Resource, Result, SamplerDesc, Upload,
+        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load,
+        Pipeline, Resource, Result, SamplerDesc, Upload,
     },
     world::environment::{Environment, Terrain as Bed},
 };
@@ -77,10 +77,7 @@ impl GroundTextures {
 
     /// Both, as bindings 3 and 4.
     pub fn bindings(&self) -> [(u32, Resource<'_>); 2] {
-        [
-            (3, Resource::Texture(&self.noise, self.repeat)),
-            (4, Resource::Texture(&self.contact, self.clamp)),
-        ]
+        [(3, Resource::Texture(&self.noise, self.repeat)), (4, Resource::Texture(&self.contact, self.clamp))]
     }
 
     /// Where the contact map lies.
@@ -118,7 +115,11 @@ impl Terrain {
         };
         Ok(Self {
             pipeline: Pipeline::graphics(gpu, &desc),
-            indices: gpu.buffer_with("terrain indices", vk::BufferUsageFlags::INDEX_BUFFER, &tiles::indices())?,
+            indices: gpu.buffer_with(
+                "terrain indices",
+                vk::BufferUsageFlags::INDEX_BUFFER,
+                &tiles::indices(),
+            )?,
             bed: None,
         })
     }

@@ -43,20 +43,24 @@ impl Tone {
             Some(index) => index,
             None => {
                 let color = [(format, Blend::Replace)];
-                let desc =
-                    GraphicsDesc { color: &color, ..GraphicsDesc::new("tone", "full_screen.vert", "tonemap.frag") };
+                let desc = GraphicsDesc {
+                    color: &color,
+                    ..GraphicsDesc::new("tone", "full_screen.vert", "tonemap.frag")
+                };
                 self.pipelines.push((format, Pipeline::graphics(&self.gpu, &desc)));
                 self.pipelines.len() - 1
             }
         };
         let pipeline = &self.pipelines[index].1;
         let encodes = matches!(format, vk::Format::R8G8B8A8_SRGB | vk::Format::B8G8R8A8_SRGB);
-        frame.pass("tone").read(&targets.light, Access::FragmentSampled).color(picture, Load::Discard).run(|cmd| {
-            cmd.pipeline(pipeline)?;
-            cmd.bind(&[(0, Resource::Texture(&targets.light, self.sampler))])?;
-            cmd.push(&Push { exposure, encode: u32::from(!encodes) })?;
-            cmd.draw(0..3, 0..1);
-            Ok(())
-        })
+        frame.pass("tone").read(&targets.light, Access::FragmentSampled).color(picture, Load::Discard).run(
+            |cmd| {
+                cmd.pipeline(pipeline)?;
+                cmd.bind(&[(0, Resource::Texture(&targets.light, self.sampler))])?;
+                cmd.push(&Push { exposure, encode: u32::from(!encodes) })?;
+                cmd.draw(0..3, 0..1);
+                Ok(())
+            },
+        )
     }
 }

@@ -195,8 +195,10 @@ fn ring(
     let ta = frame.0 * span;
     let tb = chain.tangent(segment + 1) * span;
     let (t2, t3) = (t * t, t * t * t);
-    let mut p =
-        a * (2.0 * t3 - 3.0 * t2 + 1.0) + ta * (t3 - 2.0 * t2 + t) + b * (3.0 * t2 - 2.0 * t3) + tb * (t3 - t2);
+    let mut p = a * (2.0 * t3 - 3.0 * t2 + 1.0)
+        + ta * (t3 - 2.0 * t2 + t)
+        + b * (3.0 * t2 - 2.0 * t3)
+        + tb * (t3 - t2);
     let d = (a - b) * (6.0 * t2 - 6.0 * t) + ta * (3.0 * t2 - 4.0 * t + 1.0) + tb * (3.0 * t2 - 2.0 * t);
     let d = d.normalize_or_zero();
     let r = ra + (rb - ra) * t;
@@ -317,7 +319,10 @@ mod tests {
             let root = Vec3::from(gathered.current_nodes[0].position);
             let tip = Vec3::from(gathered.current_nodes[9].position);
             assert!((rings[0].center + eye).distance(root) < 1e-6);
-            assert!((rings[12].center + eye).distance(tip) < 1e-6, "the chain's last ring lies on its last node");
+            assert!(
+                (rings[12].center + eye).distance(tip) < 1e-6,
+                "the chain's last ring lies on its last node"
+            );
             assert!((rings[0].radius - 0.004).abs() < 1e-7);
             let narrower = rings[..13].windows(2).all(|w| w[1].radius <= w[0].radius);
             assert!(narrower, "a taper stays monotone: no pinching at bends");

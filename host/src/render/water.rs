@@ -101,7 +101,11 @@ impl Caustics {
                 // The plastic number's sequence covers 61 x 61 m evenly.
                 let x = f64::from(i) * 0.754_877_666_246_692_8;
                 let z = f64::from(i) * 0.569_840_290_998_053_3;
-                raw_gain(&waves[..count], Vec2::new((x.fract() * 61.0) as f32, (z.fract() * 61.0) as f32), depth)
+                raw_gain(
+                    &waves[..count],
+                    Vec2::new((x.fract() * 61.0) as f32, (z.fract() * 61.0) as f32),
+                    depth,
+                )
             })
             .sum();
         sum / SAMPLES as f32
