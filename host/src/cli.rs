@@ -57,6 +57,9 @@ enum Command {
     Bench(headless::bench::Args),
     /// Devices, drivers, layers, and what is missing.
     Doctor(headless::doctor::Args),
+    /// Compile the shaders that the program embeds.
+    #[command(hide = true)]
+    Shaders(headless::shaders::Args),
 }
 
 /// Parses the command line, runs the command and turns its outcome into an exit code.
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
         Some(Command::Scene(args)) => headless::scenes::run(common, args),
         Some(Command::Bench(args)) => headless::bench::run(common, args),
         Some(Command::Doctor(args)) => headless::doctor::run(common, args),
+        Some(Command::Shaders(args)) => headless::shaders::run(common, args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

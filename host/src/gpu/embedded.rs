@@ -1,4 +1,4 @@
-//! Every shader as SPIR-V. Written by `cargo xtask shaders`, as is what it includes; do not edit.
+//! Every shader as SPIR-V. Written by `cargo xtask shaders`; do not edit.
 
 /// File name in `shaders/` → SPIR-V.
 pub(crate) const SHADERS: &[(&str, &[u8])] = &[

@@ -15,6 +15,8 @@ pub mod barriers;
 mod buffer;
 mod canary;
 mod commands;
+#[cfg(feature = "shaderc")]
+mod compile;
 mod context;
 mod device;
 mod embedded;
@@ -32,6 +34,7 @@ mod pipelines;
 mod reflect;
 mod ring;
 mod samplers;
+pub mod shader_sources;
 mod shaders;
 mod swapchain;
 mod timestamps;
@@ -44,6 +47,8 @@ pub use access::Access;
 pub use buffer::{Buffer, BufferDesc, Memory};
 pub use canary::{Canary, Message, SUPPRESSIONS, Suppression};
 pub use commands::{Cmd, Data, Resource};
+#[cfg(feature = "shaderc")]
+pub use compile::Compiler;
 pub use context::{Gpu, GpuOptions};
 pub use device::{DeviceInfo, Optional};
 pub use error::{GpuError, Result};

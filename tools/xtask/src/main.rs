@@ -3,6 +3,7 @@
 mod artifacts;
 mod contract;
 mod packages;
+mod shaders;
 
 use std::{
     env,
@@ -39,6 +40,7 @@ Chores around Reef.
 cargo xtask demo [SCENE] [OPTIONS]  set up, build, and show the sea: in a window, or as a picture where there is no display
 cargo xtask test                    set up, build, and pass every test, the golden pictures included
 cargo xtask lint                    formatting and clippy over the whole tree
+cargo xtask shaders [--all]         compile the shaders that changed; needs shaderc
 cargo xtask contract                write the header's hash anew after a change of reef_sim.h
 cargo xtask help                    this page";
 
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Some("demo") => demo(rest),
         Some("test") => test(rest),
         Some("lint") => lint(),
+        Some("shaders") => shaders::shaders(rest),
         Some("contract") => contract::bless(&root()),
         None | Some("help" | "--help" | "-h") => {
             println!("{HELP}");
