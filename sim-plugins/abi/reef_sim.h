@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x8b259d50aaab6487)
+#define REEF_HEADER_HASH UINT64_C(0x95a7b8f85e63fe21)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -373,7 +373,8 @@ typedef struct reef_output {
   uint32_t spare;
   void *ctx;
   /* Room for `count` elements of the stream. May move what was reserved in it before: reserve before parallel_for,
-   * then write disjoint ranges. elem_size must be the sizeof of the stream's element. [step] */
+   * then write disjoint ranges. elem_size must be the sizeof of the stream's element; what the room holds at first is
+   * arbitrary, but initialised. [step] */
   int32_t (*reserve)(void *ctx, uint32_t stream, uint32_t elem_size, uint64_t count, void **out);
   /* The first `count` reserved elements count. [step] */
   int32_t (*commit)(void *ctx, uint32_t stream, uint64_t count);
@@ -534,8 +535,8 @@ typedef struct reef_entry {
   void (*close)(void);
 } reef_entry;
 
-/* A plugin defines this symbol:
- *   REEF_EXPORT const reef_entry reef_sim_entry = { REEF_MAGIC, sizeof(reef_entry), REEF_VERSION, ... }; */
+/* A plugin defines this symbol, which this declaration exports:
+ *   const reef_entry reef_sim_entry = { REEF_MAGIC, sizeof(reef_entry), REEF_VERSION, REEF_HEADER_HASH, ... }; */
 extern REEF_EXPORT const reef_entry reef_sim_entry;
 
 #ifdef __cplusplus
