@@ -1,1 +1,13 @@
-//! .
+//! What tests across crates share: the program and the plugins of this very build, and a still sea to step them in.
+
+pub mod artifacts;
+pub mod sea;
+
+/// Is a test that lacks something to fail (`REEF_REQUIRE=all`), or to be skipped with its reason printed?
+///
+/// Prints the reason; panics where everything is required.
+pub fn skip(reason: &str) {
+    let required = std::env::var("REEF_REQUIRE").is_ok_and(|value| value == "all");
+    assert!(!required, "REEF_REQUIRE=all, but {reason}");
+    println!("skipped: {reason}");
+}

@@ -87,7 +87,11 @@ fn write_plugin(text: &mut String, info: &PluginInfo) -> std::fmt::Result {
         None => writeln!(text, "  file      none: linked into the program")?,
     }
     writeln!(text, "  contract  reef_sim.h {}", info.contract)?;
-    writeln!(text, "  state     writes version {}, reads from {}", info.state_version, info.state_min_version)?;
+    writeln!(
+        text,
+        "  state     writes version {}, reads from {}",
+        info.state_version, info.state_min_version
+    )?;
     if let Some(keys) = schema_keys(info.config_schema.as_ref()) {
         writeln!(text, "  config    {keys}")?;
     }
@@ -121,8 +125,13 @@ fn range(param: &ParamInfo) -> String {
 fn schema_keys(schema: Option<&Value>) -> Option<String> {
     let schema = schema?;
     let properties = schema.get("properties")?.as_object()?;
-    let required: Vec<&str> =
-        schema.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str).collect();
+    let required: Vec<&str> = schema
+        .get("required")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .collect();
     let keys: Vec<String> = properties
         .keys()
         .map(|key| if required.contains(&key.as_str()) { format!("{key} (required)") } else { key.clone() })

@@ -63,11 +63,21 @@ impl Registry {
         let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
         paths.retain(|path| looks_like_a_library(path));
         paths.sort();
-        for path in paths {
-            let passed_over = |reason: &Refusal| !asked_for && matches!(reason, Refusal::NoEntry);
+        for mut path in paths {
+            if !asked_for && let Some(newer) = newer_build(&path) {
+                self.notes
+                    .push((newer.clone(), format!("is newer than {} and used in its place", path.display())));
+                path = newer;
+            }
             match self.load(&path, workers) {
-                Err(reason) if !passed_over(&reason) => self.refused.push(Refused { path, reason }),
-                _ => {}
+                Ok(()) => {}
+                // Nobody asked for what lies beside the program: other libraries, and older copies of a plugin that a
+                // named folder replaces, are no mistake.
+                Err(Refusal::NoEntry) if !asked_for => {}
+                Err(reason @ Refusal::Duplicate { .. }) if !asked_for => {
+                    self.notes.push((path, reason.to_string()));
+                }
+                Err(reason) => self.refused.push(Refused { path, reason }),
             }
         }
     }
@@ -124,5 +134,37 @@ impl Registry {
     /// What people should know about files that are used.
     pub fn notes(&self) -> &[(PathBuf, String)] {
         &self.notes
+    }
+}
+
+/// Cargo does not always renew a dynamic library beside the program: the newer one then lies in `deps`, under the same
+/// name.
+fn newer_build(path: &Path) -> Option<PathBuf> {
+    let newer = path.parent()?.join("deps").join(path.file_name()?);
+    let time = |path: &Path| fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+    (time(&newer)? > time(path)?).then_some(newer)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+
+    #[test]
+    fn a_library_that_cargo_left_newer_in_deps_is_the_one_to_use() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("deps")).unwrap();
+        let (beside, newer) = (folder.path().join("libx.so"), folder.path().join("deps/libx.so"));
+        let write = |path: &Path, age: u64| {
+            let file = fs::File::create(path).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(age)).unwrap();
+        };
+        write(&beside, 10);
+        assert_eq!(newer_build(&beside), None);
+        write(&newer, 10_000);
+        assert_eq!(newer_build(&beside), None);
+        write(&newer, 5);
+        assert_eq!(newer_build(&beside), Some(newer));
     }
 }

@@ -87,7 +87,10 @@ impl Plugin for Reeds {
             return Err(ConfigError::new("count", format!("is {}, allowed is 0 to {MOST}", config.count)));
         }
         if !(config.height > 0.0 && config.height <= 100.0) {
-            return Err(ConfigError::new("height", format!("is {}, allowed is above 0 to 100 m", config.height)));
+            return Err(ConfigError::new(
+                "height",
+                format!("is {}, allowed is above 0 to 100 m", config.height),
+            ));
         }
         let count = config.count as usize;
         let x = (0..count).map(|i| i as f32 * config.spacing).collect();
