@@ -17,3 +17,4 @@ pub mod phyllotaxis;
 pub mod reference;
 pub mod residual;
 pub mod shape;
+pub mod wide;

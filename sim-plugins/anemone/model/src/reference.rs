@@ -35,9 +35,13 @@ impl Damper {
     /// The least factor.
     pub const SLOWEST: f64 = 1e-3;
 
-    /// Takes note of how the tip moved.
-    pub fn watch(&mut self, moved: DVec3) {
-        self.factor = if moved.dot(self.last) < 0.0 {
+    /// Steps shorter than this share of a segment are rounding, not motion.
+    pub const NOISE: f64 = 2e-5;
+
+    /// Takes note of how the tip of a fibre with segments of `length` moved.
+    pub fn watch(&mut self, moved: DVec3, length: f64) {
+        let noise = Self::NOISE * length;
+        self.factor = if moved.dot(self.last) < 0.0 && moved.length_squared() > noise * noise {
             (self.factor * Self::SHORTEN).max(Self::SLOWEST)
         } else {
             (self.factor * Self::RECOVER).min(1.0)
@@ -105,8 +109,8 @@ impl Fibre {
     }
 
     /// The loads of all nodes in the present pose, eq. (13), tip to root. The root's net force is what holds it down.
-    pub fn loads(&self, law: &DragLaw, force: &dyn Fn(usize, DVec3) -> DVec3) -> Vec<NodeLoad> {
-        loads_of(&self.shape, &self.root_frame, &self.nodes, &self.directions, law, force)
+    pub fn loads(&self, law: &DragLaw, velocity: &dyn Fn(usize, DVec3) -> DVec3) -> Vec<NodeLoad> {
+        loads_of(&self.shape, &self.root_frame, &self.nodes, &self.directions, law, velocity)
     }
 
     /// One step: loads, then bends. `velocity` [m/s] at a point; `gain`: the share of the way to the target that each
@@ -116,7 +120,7 @@ impl Fibre {
         let before = self.tip();
         self.rebuild(gain * self.damper.factor, &loads);
         let moved = self.tip() - before;
-        self.damper.watch(moved);
+        self.damper.watch(moved, self.shape.lengths[self.shape.segments() - 1]);
     }
 
     /// Bends each joint toward its target and places the nodes, root to tip. Each segment keeps its length.
@@ -126,7 +130,8 @@ impl Fibre {
         for i in 0..self.shape.segments() {
             let rest = frame.bent(self.shape.rest[i]);
             let target = self.target(i, &rest, loads[i + 1].net);
-            self.bends[i] += (target - self.bends[i]) * gain;
+            let bend = self.bends[i];
+            self.bends[i] = bend + (target - bend) * gain;
             frame = rest.bent(self.bends[i]);
             self.directions[i] = frame.z;
             self.nodes[i + 1] = self.nodes[i] + frame.z * self.shape.lengths[i];
@@ -144,8 +149,8 @@ impl Fibre {
     }
 }
 
-/// [`Fibre::loads`] for a pose that is given by its nodes and directions. `force` gives the velocity of the flow at node
-/// i [m/s].
+/// [`Fibre::loads`] for a pose that is given by its nodes and directions. `velocity` gives the flow at node i and its
+/// place [m/s].
 pub fn loads_of(
     shape: &FibreShape,
     root_frame: &Frame,

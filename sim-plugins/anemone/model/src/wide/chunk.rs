@@ -1,0 +1,364 @@
+//! Up to 64 fibres, side by side in memory: what one job of a step works on.
+
+use glam::{DVec3, Vec3};
+
+use super::{Eight, LANES};
+use crate::{
+    frame::{Frame, bend_direction},
+    reference::Damper,
+    shape::FibreShape,
+};
+
+/// Groups of eight in a chunk at most: enough independent chains to fill a processor's pipelines.
+pub(crate) const GROUPS: usize = 8;
+/// Fibres in a chunk at most.
+pub const MOST_FIBRES: usize = GROUPS * LANES;
+
+/// One segment of eight fibres: what never changes in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Segment {
+    /// L_i [m].
+    pub(crate) length: Eight,
+    /// L_i / L_{i−1}; 1 for the first.
+    pub(crate) ratio: Eight,
+    /// 1 / (k_i L_i) [1/N].
+    pub(crate) softness: Eight,
+    /// See [`Drag`].
+    pub(crate) drag: Eight,
+    /// r_i [m].
+    pub(crate) radius: Eight,
+    /// Where the rest pose turns the segment below to, in that segment's frame.
+    pub(crate) rest: [Eight; 3],
+}
+
+/// One segment of eight fibres: its pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pose {
+    /// Bend away from the rest direction [rad]: the state.
+    pub(crate) bend: [Eight; 2],
+    /// N_i [m], relative to the plant's origin.
+    pub(crate) node: [Eight; 3],
+    /// d_i.
+    pub(crate) direction: [Eight; 3],
+    /// F(N_i) [N] of the step under way.
+    pub(crate) force: [Eight; 3],
+}
+
+/// Eight fibres' roots and what belongs to a whole fibre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    /// N_0 [m], relative to the plant's origin.
+    pub(crate) root: [Eight; 3],
+    pub(crate) root_radius: Eight,
+    /// The frame that carries the first rest direction: x, y, z.
+    pub(crate) frame: [[Eight; 3]; 3],
+    /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
+    pub(crate) offset: [Eight; 3],
+    /// 1 − exp(−dt/τ) of the step under way.
+    pub(crate) gain: Eight,
+    /// See [`Damper`]: the factor, the tip's last move, and the square of the noise [m²].
+    pub(crate) damping: Eight,
+    pub(crate) moved: [Eight; 3],
+    pub(crate) noise2: Eight,
+    /// Square of the force [N²] at the root that breaks the fibre off.
+    pub(crate) break2: Eight,
+    /// 1: broken off.
+    pub(crate) broken: Eight,
+}
+
+/// What a fibre's drag numbers mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drag {
+    /// L_i · r_i [m²]; eq. (9) uses this drag coefficient, eq. (7) its own.
+    Area {
+        /// C_D of the linear law.
+        coefficient: f32,
+    },
+    /// A_i itself [kg/s], as the figures' scenes give it. Always linear.
+    Given,
+}
+
+/// Where one fibre's root sits on what carries it.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// In the carrying frame's axes [m].
+    pub offset: DVec3,
+    /// In the carrying frame's axes.
+    pub frame: Frame,
+}
+
+/// A fibre on its way into a chunk.
+#[derive(Clone, Debug)]
+pub struct Lane {
+    /// At rest.
+    pub shape: FibreShape,
+    /// On its plant.
+    pub place: Place,
+    /// From the chunk's anchor to the plant's origin [m].
+    pub offset: Vec3,
+    /// τ [s] ≥ 0.
+    pub relaxation: f64,
+    /// Force at the root that breaks it off [N]; infinite: never.
+    pub break_force: f64,
+}
+
+/// The guides of an interpolated fibre: where they are and how much each counts. The weights sum to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Blend {
+    /// Chunk (in the plant's list of simulated chunks) and fibre in it.
+    pub guides: [(u32, u32); 3],
+    /// Weights.
+    pub weights: [f32; 3],
+}
+
+/// Fibres that are stepped together: all of one number of segments, all in one piece of flow.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    pub(crate) count: usize,
+    pub(crate) groups: usize,
+    pub(crate) segments: usize,
+    pub(crate) drag: Drag,
+    /// Some segment's rest direction leaves the line of the segment below.
+    pub(crate) curved: bool,
+    /// Some fibre can break off.
+    pub(crate) breakable: bool,
+    pub(crate) constants: Vec<Segment>,
+    pub(crate) poses: Vec<Pose>,
+    pub(crate) roots: Vec<Group>,
+    places: Vec<Place>,
+    relaxations: Vec<f64>,
+    stiffness: Vec<(f64, f64)>,
+    gained: (f64, f64),
+}
+
+impl Chunk {
+    /// Packs fibres of one number of segments; [`MOST_FIBRES`] at most, at least one. None otherwise. `stiffness`: K and n
+    /// of eq. (11) of each, kept for [`Self::set_stiffness`].
+    pub fn new(lanes: &[Lane], drag: Drag, stiffness: &[(f64, f64)]) -> Option<Self> {
+        let first = lanes.first()?;
+        let segments = first.shape.segments();
+        let equal = lanes.iter().all(|lane| lane.shape.segments() == segments);
+        if lanes.len() > MOST_FIBRES || segments == 0 || !equal || stiffness.len() != lanes.len() {
+            return None;
+        }
+        let groups = lanes.len().div_ceil(LANES);
+        let mut chunk = Self {
+            count: lanes.len(),
+            groups,
+            segments,
+            drag,
+            curved: lanes.iter().any(|lane| lane.shape.rest.iter().any(|bend| bend.length_squared() > 0.0)),
+            breakable: lanes.iter().any(|lane| lane.break_force.is_finite()),
+            constants: vec![Segment::default(); groups * segments],
+            poses: vec![Pose::default(); groups * segments],
+            roots: vec![Group::idle(); groups],
+            places: lanes.iter().map(|lane| lane.place).collect(),
+            relaxations: lanes.iter().map(|lane| lane.relaxation).collect(),
+            stiffness: stiffness.to_vec(),
+            gained: (f64::NAN, f64::NAN),
+        };
+        // Lanes without a fibre repeat the first one, so that they stay finite.
+        for slot in 0..groups * LANES {
+            let lane = lanes.get(slot).unwrap_or(first);
+            chunk.put(slot, lane);
+        }
+        chunk.set_stiffness(1.0, 0.0);
+        Some(chunk)
+    }
+
+    fn put(&mut self, slot: usize, lane: &Lane) {
+        let (group, at) = (slot / LANES, slot % LANES);
+        let shape = &lane.shape;
+        for s in 0..self.segments {
+            let constants = &mut self.constants[s * self.groups + group];
+            constants.length[at] = shape.lengths[s] as f32;
+            let below = if s == 0 { shape.lengths[0] } else { shape.lengths[s - 1] };
+            constants.ratio[at] = (shape.lengths[s] / below) as f32;
+            constants.drag[at] = shape.drag[s] as f32;
+            constants.radius[at] = shape.radii[s] as f32;
+            let rest = bend_direction(shape.rest[s]);
+            for (axis, value) in constants.rest.iter_mut().zip(rest.to_array()) {
+                axis[at] = value as f32;
+            }
+        }
+        let root = &mut self.roots[group];
+        root.root_radius[at] = shape.root_radius as f32;
+        for (axis, value) in root.offset.iter_mut().zip(lane.offset.to_array()) {
+            axis[at] = value;
+        }
+        let noise = Damper::NOISE * shape.lengths[self.segments - 1];
+        root.noise2[at] = (noise * noise) as f32;
+        root.break2[at] = (lane.break_force * lane.break_force).min(f64::from(f32::MAX)) as f32;
+    }
+
+    /// Fibres in it.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Segments of each.
+    pub fn segments(&self) -> usize {
+        self.segments
+    }
+
+    /// Nodes of all its fibres, roots included.
+    pub fn nodes(&self) -> usize {
+        self.count * (self.segments + 1)
+    }
+
+    /// k_i = `factor` · K (r_i / r_tip)^(n + `exponent`), eq. (11), with each fibre's own K and n.
+    pub fn set_stiffness(&mut self, factor: f64, exponent: f64) {
+        for slot in 0..self.groups * LANES {
+            let (group, at) = (slot / LANES, slot % LANES);
+            let (k, n) = self.stiffness[if slot < self.count { slot } else { 0 }];
+            let tip = f64::from(self.constants[(self.segments - 1) * self.groups + group].radius[at]);
+            for s in 0..self.segments {
+                let constants = &mut self.constants[s * self.groups + group];
+                let ratio = f64::from(constants.radius[at]) / tip;
+                let stiffness = factor * k * crate::math::pow(ratio, n + exponent);
+                let softness = 1.0 / (stiffness * f64::from(constants.length[at]));
+                constants.softness[at] = softness.clamp(1e-30, 1e30) as f32;
+            }
+        }
+    }
+
+    /// Works out how far each fibre goes toward its target in a step of `dt` [s]; `damping` multiplies every τ.
+    pub fn set_gain(&mut self, dt: f64, damping: f64) {
+        if self.gained == (dt, damping) {
+            return;
+        }
+        self.gained = (dt, damping);
+        for slot in 0..self.groups * LANES {
+            let tau = self.relaxations[if slot < self.count { slot } else { 0 }];
+            self.roots[slot / LANES].gain[slot % LANES] = crate::math::relaxation(dt, tau * damping) as f32;
+        }
+    }
+
+    /// Puts each root where its carrier is: `origin` [m] relative to the plant's origin.
+    pub fn carry(&mut self, origin: DVec3, carrier: &Frame) {
+        self.carry_each(|_| (origin, *carrier));
+    }
+
+    /// As [`Self::carry`], with a carrier for each fibre.
+    pub fn carry_each(&mut self, carrier: impl Fn(usize) -> (DVec3, Frame)) {
+        for slot in 0..self.groups * LANES {
+            let (group, at) = (slot / LANES, slot % LANES);
+            let fibre = if slot < self.count { slot } else { 0 };
+            let place = &self.places[fibre];
+            let (origin, carrier) = carrier(fibre);
+            let root = origin + carrier.to_world(place.offset);
+            let frame = carrier.compose(&place.frame);
+            let into = &mut self.roots[group];
+            for axis in 0..3 {
+                into.root[axis][at] = root[axis] as f32;
+                into.frame[0][axis][at] = frame.x[axis] as f32;
+                into.frame[1][axis][at] = frame.y[axis] as f32;
+                into.frame[2][axis][at] = frame.z[axis] as f32;
+            }
+        }
+    }
+
+    fn vector(from: &[Eight; 3], at: usize) -> Vec3 {
+        Vec3::new(from[0][at], from[1][at], from[2][at])
+    }
+
+    /// Node `node` of a fibre, 0 the root [m, relative to the plant's origin].
+    pub fn node(&self, fibre: usize, node: usize) -> Vec3 {
+        let (group, at) = (fibre / LANES, fibre % LANES);
+        match node {
+            0 => Self::vector(&self.roots[group].root, at),
+            _ => Self::vector(&self.poses[(node - 1) * self.groups + group].node, at),
+        }
+    }
+
+    /// Radius there [m].
+    pub fn radius(&self, fibre: usize, node: usize) -> f32 {
+        let (group, at) = (fibre / LANES, fibre % LANES);
+        match node {
+            0 => self.roots[group].root_radius[at],
+            _ => self.constants[(node - 1) * self.groups + group].radius[at],
+        }
+    }
+
+    /// Direction of segment `segment`, 0 the lowest.
+    pub fn direction(&self, fibre: usize, segment: usize) -> Vec3 {
+        Self::vector(&self.poses[segment * self.groups + fibre / LANES].direction, fibre % LANES)
+    }
+
+    /// The frame that carries a fibre's first segment.
+    pub fn root_frame(&self, fibre: usize) -> Frame {
+        let (group, at) = (fibre / LANES, fibre % LANES);
+        let [x, y, z] = self.roots[group].frame.map(|axis| Self::vector(&axis, at).as_dvec3());
+        Frame { x, y, z }
+    }
+
+    /// The frame at the tip: carried along the chain without twist from the root.
+    pub fn tip_frame(&self, fibre: usize) -> Frame {
+        let root = self.root_frame(fibre);
+        let mut frame = Frame { z: root.z.normalize_or(DVec3::Y), ..root };
+        for segment in 0..self.segments {
+            let direction = self.direction(fibre, segment).as_dvec3().normalize_or(frame.z);
+            frame = frame.turned_to(direction);
+        }
+        frame
+    }
+
+    /// Whether a fibre is broken off.
+    pub fn is_broken(&self, fibre: usize) -> bool {
+        self.roots[fibre / LANES].broken[fibre % LANES] != 0.0
+    }
+
+    /// Numbers of state a chunk has: see [`Self::save`].
+    pub fn state_len(&self) -> usize {
+        self.poses.len() * 2 * LANES + self.groups * 5 * LANES
+    }
+
+    /// Appends every number that a later step depends on.
+    pub fn save(&self, into: &mut Vec<f32>) {
+        for pose in &self.poses {
+            pose.bend.iter().for_each(|axis| into.extend_from_slice(axis));
+        }
+        for root in &self.roots {
+            into.extend_from_slice(&root.damping);
+            root.moved.iter().for_each(|axis| into.extend_from_slice(axis));
+            into.extend_from_slice(&root.broken);
+        }
+    }
+
+    /// Takes back what [`Self::save`] wrote; the poses follow with the next [`super::rebuild`]. False, and nothing
+    /// happens, for numbers that no step leaves behind.
+    pub fn load(&mut self, from: &[f32]) -> bool {
+        if from.len() != self.state_len() || !from.iter().all(|value| value.is_finite()) {
+            return false;
+        }
+        let mut eights = from.chunks_exact(LANES).filter_map(|chunk| Eight::try_from(chunk).ok());
+        let mut next = || eights.next().unwrap_or_default();
+        for pose in &mut self.poses {
+            pose.bend = [next(), next()];
+        }
+        for root in &mut self.roots {
+            root.damping = next();
+            root.moved = [next(), next(), next()];
+            root.broken = next();
+        }
+        true
+    }
+}
+
+impl Group {
+    /// Before any fibre is in it.
+    fn idle() -> Self {
+        Self {
+            root: [[0.0; LANES]; 3],
+            root_radius: [0.0; LANES],
+            frame: [[[0.0; LANES]; 3]; 3],
+            offset: [[0.0; LANES]; 3],
+            gain: [0.0; LANES],
+            damping: [1.0; LANES],
+            moved: [[0.0; LANES]; 3],
+            noise2: [0.0; LANES],
+            break2: [f32::MAX; LANES],
+            broken: [0.0; LANES],
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`).
+
+use fearless_simd::{Select, Simd, f32x8, prelude::*};
+use reef_flow::{
+    Packed,
+    simd::{clamp, mul_add, neg_mul_add, splat},
+    velocity8,
+};
+
+use super::{
+    Eight,
+    chunk::{Chunk, Drag, GROUPS, Group, Pose, Segment},
+    contact::{Contacts, overlap},
+    pose,
+};
+use crate::shape::{CRITICAL_REYNOLDS, DRAG_COEFFICIENTS};
+
+/// Which of the paper's force laws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Force {
+    /// A V, eq. (9).
+    #[default]
+    Linear,
+    /// V² with the drag coefficient of eq. (6) to (8).
+    Quadratic,
+}
+
+/// What all chunks of a step share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepConstants {
+    /// ρ [kg/m³].
+    pub density: f32,
+    /// μ [Pa s].
+    pub viscosity: f32,
+    /// Factor on every drag force.
+    pub drag: f32,
+    /// Factor on the flow's velocity.
+    pub current: f32,
+    /// Force of a contact, in stiffnesses of the touching node: N a metre of overlap, over k_i.
+    pub contact: f32,
+    /// The law of fibres whose drag is an area.
+    pub force: Force,
+    /// Loads only, the pose stays (figure 11 is drawn without deformation).
+    pub rigid: bool,
+}
+
+impl Default for StepConstants {
+    fn default() -> Self {
+        Self {
+            density: 1000.0,
+            viscosity: 1.15e-3,
+            drag: 1.0,
+            current: 1.0,
+            contact: 4.0,
+            force: Force::Linear,
+            rigid: false,
+        }
+    }
+}
+
+/// Greatest speed [m/s] and force [N] along an axis that the kernel goes on with: far beyond any sea, and their squares
+/// summed over a chain stay finite.
+const GREATEST_SPEED: f32 = 1e9;
+const GREATEST_FORCE: f32 = 1e15;
+
+/// A vector of each of eight fibres.
+pub(crate) type Vector<S> = [f32x8<S>; 3];
+
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, eight: &Eight) -> f32x8<S> {
+    f32x8::simd_from(simd, *eight)
+}
+
+#[inline(always)]
+pub(crate) fn load3<S: Simd>(simd: S, [x, y, z]: &[Eight; 3]) -> Vector<S> {
+    [load(simd, x), load(simd, y), load(simd, z)]
+}
+
+#[inline(always)]
+pub(crate) fn store<S: Simd>(to: &mut Eight, from: f32x8<S>) {
+    from.store_slice(to);
+}
+
+#[inline(always)]
+pub(crate) fn store3<S: Simd>(to: &mut [Eight; 3], from: Vector<S>) {
+    for (to, from) in to.iter_mut().zip(from) {
+        store(to, from);
+    }
+}
+
+#[inline(always)]
+pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x8<S> {
+    mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
+}
+
+/// a + b · s
+#[inline(always)]
+pub(crate) fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
+    [mul_add(b[0], s, a[0]), mul_add(b[1], s, a[1]), mul_add(b[2], s, a[2])]
+}
+
+/// a − b · s
+#[inline(always)]
+pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
+    [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
+}
+
+/// See [`super::step`].
+#[inline(always)]
+pub(crate) fn step<S: Simd>(
+    simd: S,
+    chunk: &mut Chunk,
+    packed: &Packed,
+    contacts: &Contacts,
+    constants: &StepConstants,
+) {
+    loads(simd, chunk, packed, contacts, constants);
+    if !constants.rigid {
+        pose::bend(simd, chunk);
+    }
+}
+
+/// The drag of one chunk as the kernel needs it.
+#[derive(Clone, Copy)]
+enum Law {
+    Linear(f32),
+    Quadratic { density: f32, reynolds: f32 },
+}
+
+impl Law {
+    fn of(chunk: &Chunk, constants: &StepConstants) -> Self {
+        match (chunk.drag, constants.force) {
+            (Drag::Given, _) => Self::Linear(constants.drag),
+            (Drag::Area { coefficient }, Force::Linear) => {
+                Self::Linear(constants.density * coefficient * constants.drag)
+            }
+            (Drag::Area { .. }, Force::Quadratic) => Self::Quadratic {
+                density: constants.density * constants.drag,
+                reynolds: 2.0 * constants.density / constants.viscosity,
+            },
+        }
+    }
+}
+
+/// F(N_i), eq. (13), of every node, tip to root.
+#[inline(always)]
+fn loads<S: Simd>(
+    simd: S,
+    chunk: &mut Chunk,
+    packed: &Packed,
+    contacts: &Contacts,
+    constants: &StepConstants,
+) {
+    let law = Law::of(chunk, constants);
+    let still = packed.is_still();
+    let touching = !contacts.is_empty();
+    let groups = chunk.groups;
+    // F_L(N_{i+1}) + F_M(N_i) of each group.
+    let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
+    for s in (0..chunk.segments).rev() {
+        let (lower, upper) = chunk.poses.split_at_mut(s * groups);
+        let below = lower.len().checked_sub(groups).map(|start| &lower[start..]);
+        let row = &chunk.constants[s * groups..(s + 1) * groups];
+        for (g, ((pose, segment), (root, handed))) in
+            upper.iter_mut().zip(row).zip(chunk.roots.iter().zip(&mut handed)).enumerate()
+        {
+            let mut force = *handed;
+            if !still {
+                force = flow_force(simd, pose, segment, root, packed, law, constants.current, force);
+            }
+            if touching {
+                force = contact_force(simd, pose, segment, root, contacts, constants.contact, force);
+            }
+            store3(&mut pose.force, force);
+            let below = match below {
+                Some(row) => load3(simd, &row[g].direction),
+                None => load3(simd, &root.frame[2]),
+            };
+            *handed = hand_down(simd, pose, segment, force, below);
+        }
+    }
+    if chunk.breakable {
+        for (root, handed) in chunk.roots.iter_mut().zip(handed) {
+            let over = dot(handed, handed).simd_gt(load(simd, &root.break2));
+            let broken = over.select(splat(simd, 1.0), load(simd, &root.broken));
+            store(&mut root.broken, broken);
+        }
+    }
+}
+
+/// `force` and what the flow exerts on eight nodes, eq. (6) or (9).
+#[inline(always)]
+fn flow_force<S: Simd>(
+    simd: S,
+    pose: &Pose,
+    segment: &Segment,
+    root: &Group,
+    packed: &Packed,
+    law: Law,
+    current: f32,
+    force: Vector<S>,
+) -> Vector<S> {
+    let node = load3(simd, &pose.node);
+    let offset = load3(simd, &root.offset);
+    let v = velocity8(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
+    let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
+    let v = v.map(|v| clamp(v * splat(simd, current), least, most));
+    let drag = load(simd, &segment.drag);
+    match law {
+        Law::Linear(factor) => add_scaled(force, v, drag * splat(simd, factor)),
+        Law::Quadratic { density, reynolds } => {
+            let speed = dot(v, v).sqrt();
+            let re = speed * load(simd, &segment.radius) * splat(simd, reynolds);
+            let fast = re.simd_ge(splat(simd, CRITICAL_REYNOLDS as f32));
+            let [slow_cd, fast_cd] = DRAG_COEFFICIENTS.map(|c| splat(simd, c as f32));
+            let factor = fast.select(fast_cd, slow_cd) * drag * splat(simd, density) * speed;
+            let (least, most) = (splat(simd, -GREATEST_FORCE), splat(simd, GREATEST_FORCE));
+            let pressure = v.map(|v| clamp(v * factor, least, most));
+            [force[0] + pressure[0], force[1] + pressure[1], force[2] + pressure[2]]
+        }
+    }
+}
+
+/// `force` and what contacts exert on eight nodes.
+#[inline(always)]
+fn contact_force<S: Simd>(
+    simd: S,
+    pose: &Pose,
+    segment: &Segment,
+    root: &Group,
+    contacts: &Contacts,
+    contact: f32,
+    force: Vector<S>,
+) -> Vector<S> {
+    let node = load3(simd, &pose.node);
+    let offset = load3(simd, &root.offset);
+    let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
+    let push = overlap(simd, contacts, place, load(simd, &segment.radius));
+    let stiffness = splat(simd, contact) / (load(simd, &segment.softness) * load(simd, &segment.length));
+    add_scaled(force, push, stiffness)
+}
+
+/// F_L(N_i) + F_M(N_{i−1}), eq. (12): what eight nodes hand to the ones below. With M = L d × F_T and b the direction of
+/// the segment below, −b × M is L (F_T (b·d) − d (b·F_T)): in a straight chain F_T's own direction.
+#[inline(always)]
+fn hand_down<S: Simd>(
+    simd: S,
+    pose: &Pose,
+    segment: &Segment,
+    force: Vector<S>,
+    below: Vector<S>,
+) -> Vector<S> {
+    let d = load3(simd, &pose.direction);
+    let along = dot(force, d);
+    let across = sub_scaled(force, d, along);
+    let straight = dot(below, d);
+    let sideways = dot(below, across);
+    let v = [
+        neg_mul_add(d[0], sideways, across[0] * straight),
+        neg_mul_add(d[1], sideways, across[1] * straight),
+        neg_mul_add(d[2], sideways, across[2] * straight),
+    ];
+    let across2 = dot(across, across);
+    // The cross product vanishes together with its direction: below a millionth it fades out.
+    let least = mul_add(across2, splat(simd, 1e-12), splat(simd, 1e-36));
+    let scale = (across2 / dot(v, v).max(least)).sqrt() * load(simd, &segment.ratio);
+    let moment = [v[0] * scale, v[1] * scale, v[2] * scale];
+    add_scaled(moment, d, along)
+}

@@ -1,0 +1,39 @@
+//! The equations of [`crate::reference`], eight fibres a vector.
+//!
+//! Lanes are independent fibres with the same number of segments, so the width never reorders a sum; every operation is
+//! exact by IEEE 754 or a fused multiply-add, so all instruction sets give the same bytes. Nothing here allocates after a
+//! [`Chunk`] was made.
+
+mod chunk;
+mod contact;
+mod kernel;
+mod pose;
+
+pub use chunk::{Blend, Chunk, Drag, Lane, MOST_FIBRES, Place};
+pub use contact::{Capsule, Contacts, Plane};
+pub use kernel::{Force, StepConstants};
+
+use reef_flow::{Level, Packed};
+
+/// Fibres in a vector.
+pub const LANES: usize = 8;
+
+/// One number of each of eight fibres.
+pub type Eight = [f32; LANES];
+
+/// One step of all fibres of a chunk: eq. (13) down the chain, then the bends up again. `packed` is the flow relative to
+/// the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`Chunk::carry`]) first.
+pub fn step(level: Level, chunk: &mut Chunk, packed: &Packed, contacts: &Contacts, constants: &StepConstants) {
+    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants));
+}
+
+/// Places the nodes by the bends as they are: after a start, a loaded state, or a root that was moved.
+pub fn rebuild(level: Level, chunk: &mut Chunk) {
+    reef_flow::dispatch!(level, simd => pose::rebuild(simd, chunk));
+}
+
+/// Gives interpolated fibres (§5.4) the weighted bends of their guides, and places their nodes. All lengths hold, because
+/// bends are blended, not positions. `guides`: the chunks that the blends name, of as many segments as this one.
+pub fn follow(level: Level, chunk: &mut Chunk, blends: &[Blend], guides: &[Chunk]) {
+    reef_flow::dispatch!(level, simd => pose::follow(simd, chunk, blends, guides));
+}
