@@ -97,7 +97,9 @@ mod tests {
     fn bending_keeps_frames_orthonormal_and_adds_no_twist() {
         let frame = Frame::upright(0.4);
         let bent = frame.bent(DVec2::new(0.5, 0.25));
-        for (a, b, dot) in [(bent.x, bent.x, 1.0), (bent.y, bent.y, 1.0), (bent.x, bent.y, 0.0), (bent.x, bent.z, 0.0)] {
+        for (a, b, dot) in
+            [(bent.x, bent.x, 1.0), (bent.y, bent.y, 1.0), (bent.x, bent.y, 0.0), (bent.x, bent.z, 0.0)]
+        {
             assert!((a.dot(b) - dot).abs() < 1e-15);
         }
         assert!((bent.x.cross(bent.y) - bent.z).length() < 1e-15);

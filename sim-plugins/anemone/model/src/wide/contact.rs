@@ -64,7 +64,8 @@ pub(crate) fn overlap<S: Simd>(
         let d = capsule.delta.map(|v| splat(simd, v));
         let along = mul_add(d[2], p[2], mul_add(d[1], p[1], d[0] * p[0])) * splat(simd, inverse);
         let along = along.max(zero).min(splat(simd, 1.0));
-        let off = [neg_mul_add(d[0], along, p[0]), neg_mul_add(d[1], along, p[1]), neg_mul_add(d[2], along, p[2])];
+        let off =
+            [neg_mul_add(d[0], along, p[0]), neg_mul_add(d[1], along, p[1]), neg_mul_add(d[2], along, p[2])];
         let distance = mul_add(off[2], off[2], mul_add(off[1], off[1], off[0] * off[0])).sqrt();
         let depth = (radius + splat(simd, capsule.radius) - distance).max(zero);
         // On the axis itself there is no way out to prefer: no push.

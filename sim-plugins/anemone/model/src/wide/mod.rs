@@ -23,7 +23,13 @@ pub type Eight = [f32; LANES];
 
 /// One step of all fibres of a chunk: eq. (13) down the chain, then the bends up again. `packed` is the flow relative to
 /// the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`Chunk::carry`]) first.
-pub fn step(level: Level, chunk: &mut Chunk, packed: &Packed, contacts: &Contacts, constants: &StepConstants) {
+pub fn step(
+    level: Level,
+    chunk: &mut Chunk,
+    packed: &Packed,
+    contacts: &Contacts,
+    constants: &StepConstants,
+) {
     reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants));
 }
 

@@ -11,8 +11,7 @@ use super::{
 use crate::reference::Damper;
 
 /// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8 off.
-const SINC: [f32; 5] =
-    [-1.666_666_7e-1, 8.333_333e-3, -1.984_108_7e-4, 2.753_646e-6, -2.408_009_4e-8];
+const SINC: [f32; 5] = [-1.666_666_7e-1, 8.333_333e-3, -1.984_108_7e-4, 2.753_646e-6, -2.408_009_4e-8];
 const COSINE: [f32; 4] = [4.166_666_8e-2, -1.388_881_2e-3, 2.478_607_9e-5, -2.654_596_8e-7];
 /// (atan √y / √y − 1) / y for y up to 1: 2e-8 off.
 const ARCTAN: [f32; 9] = [
@@ -63,9 +62,8 @@ impl<S: Simd> Walker<S> {
     /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes.
     #[inline(always)]
     fn turn(&mut self, simd: S, local: Vector<S>) {
-        let d = [0, 1, 2].map(|i| {
-            mul_add(self.z[i], local[2], mul_add(self.y[i], local[1], self.x[i] * local[0]))
-        });
+        let d = [0, 1, 2]
+            .map(|i| mul_add(self.z[i], local[2], mul_add(self.y[i], local[1], self.x[i] * local[0])));
         // One step of Newton's for 1/√: rounding never adds up along the chain.
         let scale = mul_add(dot(d, d), splat(simd, -0.5), splat(simd, 1.5));
         let d = [d[0] * scale, d[1] * scale, d[2] * scale];
@@ -118,8 +116,7 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             let target = target(simd, local, load(simd, &segment.softness), old);
             let gain = load(simd, &root.gain) * load(simd, &root.damping);
-            let bend =
-                [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
+            let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);
             store(&mut pose.bend[1], bend[1]);
             walker.advance(simd, bend, load(simd, &segment.length));
@@ -148,7 +145,7 @@ fn target<S: Simd>(simd: S, local: Vector<S>, softness: f32x8<S>, old: [f32x8<S>
     let below = mul_add(angle2, splat(simd, -0.405_284_73), one).max(splat(simd, 1e-4));
     let bound = (-q).max(zero) + p + one;
     let mut t = (above / below).min(bound);
-    for _ in 0..2 {
+    for _ in 0..3 {
         let t2 = t * t;
         let s2 = t2 + one;
         let s = s2.sqrt();
@@ -189,7 +186,9 @@ pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
         let mut walker = Walker::start(simd, root);
         for s in 0..chunk.segments {
             let at = s * groups + g;
-            let (Some(pose), Some(segment)) = (chunk.poses.get_mut(at), chunk.constants.get(at)) else { continue };
+            let (Some(pose), Some(segment)) = (chunk.poses.get_mut(at), chunk.constants.get(at)) else {
+                continue;
+            };
             if chunk.curved {
                 walker.turn(simd, load3(simd, &segment.rest));
             }

@@ -2,7 +2,6 @@
 #![allow(dead_code, reason = "each test crate uses its part")]
 
 use glam::{DVec3, Vec3};
-use reef_sdk::abi::{self, Flow};
 use reef_anemone_model::{
     frame::Frame,
     math,
@@ -11,6 +10,7 @@ use reef_anemone_model::{
     wide::{self, Chunk, Contacts, Drag, Lane, Place, StepConstants},
 };
 use reef_flow::{Level, Packed};
+use reef_sdk::abi::{self, Flow};
 
 /// The water's speed at the paper's time step.
 pub const DT: f64 = 1.0 / 60.0;
@@ -83,7 +83,14 @@ fn stiffness_of(shape: &FibreShape) -> (f64, f64) {
 }
 
 /// Steps a chunk.
-pub fn run(level: Level, chunk: &mut Chunk, flows: &[Flow], constants: &StepConstants, dt: f64, steps: usize) {
+pub fn run(
+    level: Level,
+    chunk: &mut Chunk,
+    flows: &[Flow],
+    constants: &StepConstants,
+    dt: f64,
+    steps: usize,
+) {
     let mut packed = Packed::new();
     packed.fill(flows, [0.0; 3], 0);
     chunk.set_gain(dt, 1.0);
