@@ -1,6 +1,6 @@
 //! The command line: one subcommand a file in [`crate::headless`], the window without one.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::{io::Write, path::PathBuf, process::ExitCode};
 
 use clap::Parser;
 
@@ -8,7 +8,18 @@ use crate::{app, headless};
 
 /// A living sea: run it, render it, write plugins for it.
 #[derive(Parser, Debug)]
-#[command(name = "reef", version, args_conflicts_with_subcommands = true)]
+#[command(
+    name = "reef",
+    version,
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  \
+        reef                                          the default sea in a window\n  \
+        reef render reef --frames 60 --out sea.png    a picture of its second second\n  \
+        reef sim reef --steps 600 --hash              no GPU: is it the same sea everywhere?\n  \
+        reef scene check my-scene.toml                what is wrong with it, and where\n\n\
+        Scenes are files, or names of those in assets/scenes, whose README.md explains every key.\n\
+        Exit codes: 0 fine, 1 the check failed, 2 usage or bad input, 3 the machine lacks something."
+)]
 struct Cli {
     #[command(flatten)]
     common: Common,
@@ -31,7 +42,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "DEVICE")]
     pub device: Option<String>,
     /// Threads that simulate; all cores without it.
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = workers)]
     pub workers: Option<usize>,
     /// Seed in place of the scene's.
     #[arg(long, global = true, value_name = "S")]
@@ -62,10 +73,28 @@ enum Command {
     Shaders(headless::shaders::Args),
 }
 
+/// A number of workers that a machine can have.
+fn workers(text: &str) -> Result<usize, String> {
+    let most = crate::plugin::generation::MAX_WORKERS;
+    match text.parse() {
+        Ok(workers) if (1..=most).contains(&workers) => Ok(workers),
+        _ => Err(format!("a whole number from 1 to {most} is wanted")),
+    }
+}
+
+/// Errors keep one line a sentence, however long: `file:line:column` must stay whole for editors and scripts.
+fn install_reporter() {
+    // A second hook in one process is a test's own affair.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).context_lines(1).build())
+    }));
+}
+
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     crate::log::init();
+    install_reporter();
     let common = &cli.common;
     let outcome = match &cli.command {
         None => app::run(common, &cli.window),
@@ -81,7 +110,8 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("{:?}", failure.report);
+            // Nobody may be listening; the exit code still says it.
+            let _ = writeln!(std::io::stderr().lock(), "{:?}", failure.report);
             ExitCode::from(failure.code)
         }
     }

@@ -1,6 +1,6 @@
 //! `reef scene`: errors without running, the JSON Schema for editors, the reference for people.
 
-use std::path::PathBuf;
+use std::{io::Write, path::PathBuf};
 
 use serde_json::json;
 
@@ -53,7 +53,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
                         }
                         // The last failure ends the command; those before it are told here.
                         if let Some(before) = failed.replace(failure) {
-                            eprintln!("{:?}", before.report);
+                            let _ = writeln!(std::io::stderr().lock(), "{:?}", before.report);
                         }
                     }
                 }

@@ -261,7 +261,7 @@ fn keyframes(out: &mut String, root: &Json) {
     if let Some(properties) = keys.and_then(|(_, keys)| keys.get("properties")?.as_object()) {
         rows(out, root, keys.map_or(&Json::Null, |(_, keys)| keys), properties);
     }
-    let key = definitions.and_then(|all| all.iter().find(|(name, _)| name.starts_with("Key_")));
+    let key = definitions.and_then(|all| all.iter().find(|(name, _)| *name == "Key"));
     if let Some((_, key)) = key {
         out.push_str("Each of `keys`:\n\n");
         let mut properties = key.get("properties").and_then(Json::as_object).cloned().unwrap_or_default();
