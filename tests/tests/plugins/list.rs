@@ -1,0 +1,71 @@
+//! `reef plugin list`, as a person and a program read it.
+
+use std::{
+    fs,
+    process::{Command, Output},
+};
+
+use reef_tests::artifacts::artifacts;
+
+fn list(beside: &[&str], arguments: &[&std::ffi::OsStr]) -> Output {
+    let installed = artifacts().side_by_side(beside);
+    let program = installed.path().join(artifacts().reef().file_name().unwrap());
+    Command::new(program).args(["plugin", "list"]).args(arguments).output().unwrap()
+}
+
+#[test]
+fn the_list_names_plugins_parameters_and_versions_and_ends_with_0() {
+    let output = list(&["reef_fixture_faulty", "reef_example_rust"], &[]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{text}");
+    for part in
+        ["fixture.faulty  Faulty 1.0.0", "example.reeds", "height", "0.1 to 2 m (default 1)", "red/green"]
+    {
+        assert!(text.contains(part), "no {part:?} in:\n{text}");
+    }
+}
+
+#[test]
+fn the_json_list_is_one_object_with_schema_and_parameters() {
+    let output = list(&["reef_fixture_faulty"], &["--json".as_ref()]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(output.status.success());
+    let plugin = &json["plugins"][0];
+    assert_eq!(plugin["id"], "fixture.faulty");
+    assert_eq!(plugin["params"].as_array().unwrap().len(), 4);
+    assert_eq!(plugin["config_schema"]["properties"]["in_step"]["type"], "integer");
+    assert_eq!(json["refused"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_refused_file_in_a_named_folder_is_shown_with_its_reason_and_the_exit_code_is_2() {
+    let folder = artifacts().folder_of(&["reef_example_rust"]);
+    let bad = folder.path().join(format!("libbad{}", std::env::consts::DLL_SUFFIX));
+    fs::write(&bad, "no library").unwrap();
+    let output = list(&[], &["--plugin-dir".as_ref(), folder.path().as_os_str()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text.contains("example.reeds"), "the good one is there, too:\n{text}");
+    assert!(text.contains("libbad") && text.contains("is no dynamic library"), "{text}");
+}
+
+#[test]
+fn a_named_folder_replaces_what_lies_beside_the_program() {
+    let folder = artifacts().folder_of(&["reef_example_rust"]);
+    let output = list(
+        &["reef_example_rust"],
+        &["--json".as_ref(), "--plugin-dir".as_ref(), folder.path().as_os_str()],
+    );
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(output.status.success(), "{json:#}");
+    let path = json["plugins"][0]["path"].as_str().unwrap();
+    assert!(path.starts_with(&*folder.path().to_string_lossy()), "{path}");
+    assert!(json["notes"][0]["note"].as_str().unwrap().contains("already there"));
+}
+
+#[test]
+fn without_plugins_the_list_says_so() {
+    let output = list(&[], &[]);
+    assert!(output.status.success());
+    assert!(String::from_utf8(output.stdout).unwrap().starts_with("No plugins"));
+}

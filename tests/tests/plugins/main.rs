@@ -1,0 +1,40 @@
+//! Plugins as a host meets them: good ones, broken files, faults of every kind, and always this build's libraries.
+
+mod bad_libraries;
+mod c_plugin;
+mod faults;
+mod fresh;
+mod list;
+mod raw;
+mod repeatable;
+
+use std::path::Path;
+
+use reef::plugin::{Instance, Library, Plugin, Refusal};
+
+/// The one plugin of a library, on this many workers.
+fn load(path: &Path, workers: usize) -> Plugin {
+    let (_, mut plugins) =
+        Library::load(path, workers).unwrap_or_else(|refusal| panic!("{}: {refusal}", path.display()));
+    assert_eq!(plugins.len(), 1);
+    plugins.remove(0)
+}
+
+/// Why a file is refused.
+fn refusal(path: &Path) -> Refusal {
+    match Library::load(path, 1) {
+        Ok(_) => panic!("{} was loaded", path.display()),
+        Err(refusal) => refusal,
+    }
+}
+
+/// All that an instance emitted and would save, as bytes.
+fn everything(instance: &mut Instance) -> Vec<u8> {
+    let outputs = instance.outputs().clone();
+    let mut bytes: Vec<u8> = bytemuck::cast_slice(&outputs.objects).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.fibres));
+    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.fibre_nodes));
+    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.materials));
+    bytes.extend(instance.save().expect("the instance saves"));
+    bytes
+}
