@@ -190,6 +190,11 @@ impl Input {
         Some(Stir { from, to })
     }
 
+    /// Whether a stirring button is held.
+    pub fn is_stirring(&self) -> bool {
+        self.drag == Some(Drag::Stir)
+    }
+
     /// Whether somebody has steered since this was asked last: the hint may go.
     pub fn take_touched(&mut self) -> bool {
         std::mem::take(&mut self.touched)

@@ -7,14 +7,22 @@ mod overlay;
 pub mod panel;
 pub mod pick;
 mod screenshot;
+mod sea;
+mod stage;
 mod stir;
+mod window;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use winit::event_loop::EventLoop;
 
 use crate::{
     failure::{Failure, Outcome},
     gpu::packages,
+    open,
 };
+use sea::Sea;
+use window::{Shell, Wishes};
 
 /// Options of plain `reef [SCENE]`.
 #[derive(clap::Args, Clone, Debug)]
@@ -38,8 +46,36 @@ const LARGEST: u32 = 4096;
 /// Opens the window and runs until it is closed.
 pub fn run(common: &crate::cli::Common, args: &Args) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
-    let _ = (common, size);
-    Err(Failure::machine(miette::miette!("the window is not built yet")))
+    let scene = args.scene.as_deref().unwrap_or(Path::new(open::DEFAULT_SCENE));
+    let sea = Sea::new(common, scene, args.journal.as_deref(), common.json)?;
+    let event_loop = event_loop()?;
+    let wishes = Wishes { frames: args.frames, size, device: common.device.clone() };
+    let mut shell = Shell::new(wishes, sea);
+    let ran = event_loop.run_app(&mut shell);
+    let (sea, frames, failure) = shell.finish();
+    let summary = sea.finish(frames)?;
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    ran.map_err(|error| Failure::machine(miette::miette!("the window system failed: {error}")))?;
+    if common.json {
+        open::say(serde_json::json!(summary));
+    }
+    Ok(())
+}
+
+/// Connects to the display.
+fn event_loop() -> Result<EventLoop<()>, Failure> {
+    // winit panics where it finds a display but not these.
+    #[cfg(target_os = "linux")]
+    for library in ["libxkbcommon.so.0", "libxkbcommon-x11.so.0"] {
+        let needed = library == "libxkbcommon.so.0" || std::env::var_os("WAYLAND_DISPLAY").is_none();
+        // SAFETY: these libraries run nothing of their own when they are loaded.
+        if needed && let Err(error) = unsafe { libloading::Library::new(library) } {
+            return Err(no_window(&error));
+        }
+    }
+    EventLoop::new().map_err(|error| no_window(&error))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], Failure> {

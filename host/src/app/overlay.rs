@@ -17,7 +17,6 @@ pub struct Overlay {
     device: ash::Device,
     renderer: Option<Renderer<GpuAllocator>>,
     pool: vk::CommandPool,
-    format: vk::Format,
     textures: Textures,
     primitives: Vec<ClippedPrimitive>,
     pixels_per_point: f32,
@@ -60,16 +59,10 @@ impl Overlay {
             device: target.device.clone(),
             renderer: Some(renderer),
             pool,
-            format: target.format,
             textures: Textures::default(),
             primitives: Vec::new(),
             pixels_per_point: 1.0,
         })
-    }
-
-    /// The format of the pictures that it draws into.
-    pub fn format(&self) -> vk::Format {
-        self.format
     }
 
     /// Takes what egui painted in this frame. Also where the frame is then not drawn: texture changes add up.

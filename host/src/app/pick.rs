@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::world::{environment::Terrain, frame::Frame};
+use crate::world::{environment::Terrain, foreign_id, frame::Frame};
 
 /// Reach of a pick [m]: nothing can be made out farther away.
 const REACH: f64 = 60.0;
@@ -32,12 +32,13 @@ pub struct Hit {
     pub radius: f64,
 }
 
-/// A thing's bounding sphere: id, centre [m], radius [m].
+/// A thing's bounding sphere: id (as other modules know it), centre [m], radius [m].
 pub fn spheres(frame: &Frame) -> impl Iterator<Item = (u64, DVec3, f64)> + '_ {
-    frame.outputs.iter().flat_map(|outputs| {
-        outputs.objects.iter().map(|object| {
+    frame.outputs.iter().enumerate().flat_map(|(module, outputs)| {
+        outputs.objects.iter().map(move |object| {
             let local = glam::Vec3::from_array(object.bounds_center).as_dvec3();
-            (object.id, DVec3::from_array(object.origin) + local, f64::from(object.bounds_radius))
+            let id = foreign_id(module, object.id);
+            (id, DVec3::from_array(object.origin) + local, f64::from(object.bounds_radius))
         })
     })
 }

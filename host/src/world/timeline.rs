@@ -70,6 +70,11 @@ impl Timeline {
 
     /// Lets real time pass [s]; returns how many steps were made.
     pub fn advance(&mut self, seconds: f64) -> u32 {
+        self.advance_with(seconds, |_| {})
+    }
+
+    /// Like [`Timeline::advance`], looking at the world after each step.
+    pub fn advance_with(&mut self, seconds: f64, mut look: impl FnMut(&mut World)) -> u32 {
         if self.paused {
             self.behind = None;
             return 0;
@@ -81,6 +86,7 @@ impl Timeline {
         while self.surplus >= dt && steps < MOST_STEPS {
             self.surplus -= dt;
             self.step();
+            look(&mut self.world);
             steps += 1;
         }
         if self.surplus >= dt {

@@ -34,6 +34,8 @@ pub fn show(ctx: &egui::Context, model: &mut PanelModel, actions: &mut Vec<Actio
         .show(ctx, |ui| {
             style::frame().show(ui, |ui| {
                 ui.set_width(WIDTH);
+                // An area starts out with a height of its own.
+                ui.set_max_height(screen.height() - 2.0 * MARGIN - 20.0);
                 scene(ui, model, actions);
                 clock(ui, model, actions);
                 ui.separator();
@@ -47,7 +49,10 @@ pub fn show(ctx: &egui::Context, model: &mut PanelModel, actions: &mut Vec<Actio
 }
 
 fn sections(ui: &mut Ui, model: &mut PanelModel, actions: &mut Vec<Action>) {
-    messages(ui, model, actions);
+    let grave = model.messages.iter().any(|message| message.level != Level::Info);
+    if grave {
+        messages(ui, model, actions);
+    }
     egui::CollapsingHeader::new(style::section("Speed of this machine"))
         .id_salt("timing")
         .default_open(true)
@@ -62,6 +67,9 @@ fn sections(ui: &mut Ui, model: &mut PanelModel, actions: &mut Vec<Action>) {
     let one = model.plugins.len() == 1;
     for plugin in &mut model.plugins {
         params::plugin(ui, plugin, one, actions);
+    }
+    if !grave {
+        messages(ui, model, actions);
     }
     egui::CollapsingHeader::new(style::section("Keys"))
         .id_salt("keys")
@@ -155,33 +163,26 @@ fn view(ui: &mut Ui, model: &mut PanelModel, actions: &mut Vec<Action>) {
         ui.horizontal(|ui| {
             style::faint(ui, "Quality");
             for (index, name) in view.qualities.iter().enumerate() {
-                if ui.selectable_label(index == view.quality, *name).clicked() && index != view.quality {
-                    view.quality = index;
-                    actions.push(Action::Quality(index));
-                }
+                ui.selectable_value(&mut view.quality, index, *name);
             }
         });
     }
-    let lod = ui.checkbox(&mut view.levels_of_detail, "Levels of detail");
-    if lod.on_hover_text("Draw what is far away with fewer triangles").changed() {
-        actions.push(Action::LevelsOfDetail(view.levels_of_detail));
-    }
-    if view.debug_present != 0 {
-        ui.horizontal_wrapped(|ui| {
-            style::faint(ui, "Drawn forces");
-            let mut shown = view.debug_shown;
+    ui.checkbox(&mut view.levels_of_detail, "Levels of detail")
+        .on_hover_text("Draw what is far away with fewer triangles");
+    ui.horizontal_wrapped(|ui| {
+        let forces = ui.checkbox(&mut view.debug, "Forces and moments");
+        if forces.on_hover_text("Lines that the plugins draw to show what they compute").changed() {
+            actions.push(Action::Debug(view.debug));
+        }
+        if view.debug && view.debug_present.count_ones() > 1 {
             for channel in (0..32).filter(|c| view.debug_present & (1 << c) != 0) {
-                let mut on = shown & (1 << channel) != 0;
+                let mut on = view.debug_shown & (1 << channel) != 0;
                 if ui.checkbox(&mut on, format!("{}", channel + 1)).changed() {
-                    shown ^= 1 << channel;
+                    view.debug_shown ^= 1 << channel;
                 }
             }
-            if shown != view.debug_shown {
-                view.debug_shown = shown;
-                actions.push(Action::DebugLines(shown));
-            }
-        });
-    }
+        }
+    });
 }
 
 fn messages(ui: &mut Ui, model: &PanelModel, actions: &mut Vec<Action>) {
@@ -191,8 +192,8 @@ fn messages(ui: &mut Ui, model: &PanelModel, actions: &mut Vec<Action>) {
     let grave = model.messages.iter().filter(|m| m.level != Level::Info).count();
     let heading = if grave > 0 { format!("Messages ({grave})") } else { "Messages".to_owned() };
     egui::CollapsingHeader::new(style::section(&heading))
-        .id_salt("messages")
-        .default_open(true)
+        .id_salt(("messages", grave > 0))
+        .default_open(grave > 0)
         .show_unindented(ui, |ui| {
             ScrollArea::vertical().id_salt("messages").max_height(120.0).auto_shrink([false, true]).show(
                 ui,

@@ -178,7 +178,9 @@ pub struct ViewOptions {
     pub quality: usize,
     /// Coarser shapes far away.
     pub levels_of_detail: bool,
-    /// Channels of debug lines that the present frame holds (bit set).
+    /// Modules are asked for debug lines.
+    pub debug: bool,
+    /// Channels of debug lines that have been seen (bit set).
     pub debug_present: u32,
     /// Channels that are drawn.
     pub debug_shown: u32,
@@ -245,7 +247,7 @@ impl Messages {
     }
 }
 
-/// What somebody asked for.
+/// What somebody asked for. What concerns the picture alone ([`ViewOptions`]) the panel changes by itself.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Stand still, or go on.
@@ -269,12 +271,8 @@ pub enum Action {
     },
     /// Who moves the camera.
     Camera(Mode),
-    /// A preset.
-    Quality(usize),
-    /// Coarser shapes far away.
-    LevelsOfDetail(bool),
-    /// Channels of debug lines that are drawn (bit set).
-    DebugLines(u32),
+    /// Debug lines, or none.
+    Debug(bool),
     /// Save a picture.
     Screenshot,
     /// Forget the messages.
