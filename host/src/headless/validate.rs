@@ -1,11 +1,29 @@
 //! `reef validate`: scenes under the validation layers, compared with their golden pictures.
 
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::{
+    compare::{Difference, EXCEPTIONS, LIMIT, TOLERANCE, compare, difference_picture},
+    pictures::{read_png, write_png},
+    report::{self, Entry},
+    show::Show,
+    studio::Studio,
+};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    files,
+    gpu::{Gpu, GpuOptions, Message, Picture, Validation},
+    open::{self, say},
 };
 
-use std::path::PathBuf;
+/// Size of golden pictures [px].
+const SIZE: (u32, u32) = (640, 360);
+/// Pictures that are made of a scene before the golden one, so that frames meet each other in flight.
+const LEAD: u32 = 3;
 
 /// Options of `reef validate`.
 #[derive(clap::Args, Clone, Debug)]
@@ -20,8 +38,283 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
+/// Where and when a golden picture was made, beside it as JSON.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Moment of the scene, in milliseconds.
+    pub milliseconds: u64,
+    /// The processor's name.
+    pub cpu: String,
+    /// The Vulkan device: lavapipe names LLVM and its vector width.
+    pub device: String,
+    /// The driver's name and version.
+    pub driver: String,
+    /// Reef's version.
+    pub reef: String,
+}
+
+/// What became of one scene.
+struct Verdict {
+    name: String,
+    /// None: blessed.
+    difference: Option<Difference>,
+    /// Why it fails, in words.
+    faults: Vec<String>,
+    messages: Vec<Message>,
+    expected: Option<Picture>,
+    actual: Picture,
+}
+
 /// Renders each scene, fails on any message or mismatch.
 pub fn run(common: &Common, args: &Args) -> Outcome {
-    let _ = (common, args);
-    Err(Failure::machine(miette::miette!("not built yet")))
+    let assets = open::assets_folder(common)?;
+    let golden = assets.join("golden");
+    let scenes = if args.scenes.is_empty() { all_scenes(&assets)? } else { args.scenes.clone() };
+    if let Some(folder) = &args.report {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Failure::input(miette::miette!("{}: {error}", folder.display())))?;
+    }
+    let options = GpuOptions::from_environment(common.device.clone(), Validation::CoreSync);
+    let gpu = Gpu::open(&options)?;
+    let canary = gpu.canary();
+    let mut verdicts = Vec::new();
+    let bar = open::progress(scenes.len() as u64, "scenes", !common.json);
+    for scene in &scenes {
+        verdicts.push(validate(common, args, scene, &golden, &gpu)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let device = gpu.info().to_string();
+    gpu.close();
+    let last_words = canary.take();
+
+    if let Some(folder) = &args.report {
+        write_report(folder, &verdicts, &last_words, &device)?;
+    }
+    tell(common, &verdicts, &last_words, &device);
+    let failed = verdicts.iter().filter(|v| !v.faults.is_empty() || !v.messages.is_empty()).count();
+    if failed == 0 && last_words.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::check(miette::miette!(
+        "{failed} of {} scenes failed{}",
+        verdicts.len(),
+        if last_words.is_empty() { "" } else { "; messages came when the device was closed" }
+    )))
+}
+
+/// All scenes of the assets, by name.
+fn all_scenes(assets: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let folder = assets.join("scenes");
+    let fail = |error: std::io::Error| Failure::input(miette::miette!("{}: {error}", folder.display()));
+    let mut scenes = Vec::new();
+    for entry in std::fs::read_dir(&folder).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
+    if scenes.is_empty() {
+        return Err(Failure::input(miette::miette!("{}: there are no scenes", folder.display())));
+    }
+    Ok(scenes)
+}
+
+fn validate(
+    common: &Common,
+    args: &Args,
+    scene: &Path,
+    golden: &Path,
+    gpu: &Gpu,
+) -> Result<Verdict, Failure> {
+    let name = scene.file_stem().map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned());
+    let world = open::world(common, scene, false)?;
+    // The middle of what is worth watching: things have settled into their motion, and nothing has ended.
+    let (time, dt) = (world.scene().file.scene.duration * 0.5, world.clock().dt);
+    let mut show = Show::new(world);
+    let settings = show.settings();
+    let mut studio = Studio::new(gpu, SIZE)?;
+    for n in (1..=LEAD).rev() {
+        show.go_to((time - dt * f64::from(n)).max(0.0));
+        studio.run(&show.shot(), &settings)?;
+    }
+    show.go_to(time);
+    let actual = studio.shoot(&show.shot(), &settings)?;
+    drop(studio);
+
+    let mut faults: Vec<String> =
+        show.world().take_messages().iter().map(|m| format!("{}: {}", m.module, m.text)).collect();
+    let path = golden.join(format!("{name}.png"));
+    let mut verdict = Verdict {
+        name,
+        difference: None,
+        faults: Vec::new(),
+        messages: gpu.canary().take(),
+        expected: None,
+        actual,
+    };
+    if args.bless {
+        bless(golden, &path, &verdict.actual, &origin(gpu, time))?;
+        verdict.faults = faults;
+        return Ok(verdict);
+    }
+    match read_png(&path) {
+        Err(error) => faults.push(format!("no golden picture: {error} (`reef validate --bless` makes it)")),
+        Ok(expected) => {
+            let difference = compare(&expected, &verdict.actual);
+            if !difference.passes() {
+                faults.push(in_words(&difference));
+            }
+            verdict.difference = Some(difference);
+            verdict.expected = Some(expected);
+        }
+    }
+    verdict.faults = faults;
+    Ok(verdict)
+}
+
+fn in_words(difference: &Difference) -> String {
+    if difference.other_size {
+        return "the golden picture is of another size".to_owned();
+    }
+    format!(
+        "{} of {} pixels differ by more than {TOLERANCE} (allowed: {:.1} %), the greatest difference is {} (allowed: {LIMIT})",
+        difference.exceptions,
+        difference.pixels,
+        EXCEPTIONS * 100.0,
+        difference.greatest
+    )
+}
+
+fn bless(golden: &Path, path: &Path, picture: &Picture, origin: &Origin) -> Outcome {
+    std::fs::create_dir_all(golden)
+        .map_err(|error| Failure::input(miette::miette!("{}: {error}", golden.display())))?;
+    write_png(path, picture).map_err(Failure::input)?;
+    let text = serde_json::to_string_pretty(origin).unwrap_or_default() + "\n";
+    files::write(&path.with_extension("json"), text.as_bytes()).map_err(Failure::input)
+}
+
+fn origin(gpu: &Gpu, time: f64) -> Origin {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    Origin {
+        milliseconds: (time * 1e3).round() as u64,
+        cpu: cpu.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        device: gpu.info().name.clone(),
+        driver: gpu.info().driver.clone(),
+        reef: env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}
+
+fn tell(common: &Common, verdicts: &[Verdict], last_words: &[Message], device: &str) {
+    if common.json {
+        let scenes: Vec<_> = verdicts
+            .iter()
+            .map(|v| {
+                json!({
+                    "scene": v.name,
+                    "passed": v.faults.is_empty() && v.messages.is_empty(),
+                    "faults": v.faults,
+                    "messages": v.messages,
+                    "exceptions": v.difference.as_ref().map(|d| d.exceptions),
+                    "greatest": v.difference.as_ref().map(|d| d.greatest),
+                })
+            })
+            .collect();
+        say(json!({ "device": device, "scenes": scenes, "messages_at_close": last_words }));
+        return;
+    }
+    for v in verdicts {
+        let mark = if v.faults.is_empty() && v.messages.is_empty() { "ok  " } else { "FAIL" };
+        let how = match &v.difference {
+            Some(d) => format!("greatest difference {}, {} pixels beyond {TOLERANCE}", d.greatest, d.exceptions),
+            None if v.faults.is_empty() => "blessed".to_owned(),
+            None => "not compared".to_owned(),
+        };
+        say(format_args!("{mark} {:34} {how}", v.name));
+        for fault in &v.faults {
+            say(format_args!("     {fault}"));
+        }
+        for message in &v.messages {
+            say(format_args!("     {message}"));
+        }
+    }
+    for message in last_words {
+        say(format_args!("FAIL at close: {message}"));
+    }
+}
+
+fn write_report(
+    folder: &Path,
+    verdicts: &[Verdict],
+    last_words: &[Message],
+    device: &str,
+) -> Result<(), Failure> {
+    let mut entries = Vec::new();
+    for v in verdicts {
+        let save = |kind: &str, picture: &Picture| -> Result<String, Failure> {
+            let file = format!("{}-{kind}.png", v.name);
+            write_png(&folder.join(&file), picture).map_err(Failure::input)?;
+            Ok(file)
+        };
+        let actual = save("actual", &v.actual)?;
+        let (expected, difference) = match &v.expected {
+            Some(expected) => (
+                Some(save("expected", expected)?),
+                Some(save("difference", &difference_picture(expected, &v.actual))?),
+            ),
+            None => (None, None),
+        };
+        let mut lines = v.faults.clone();
+        lines.extend(v.messages.iter().map(ToString::to_string));
+        entries.push(Entry {
+            name: v.name.clone(),
+            passed: lines.is_empty(),
+            figures: v.difference.as_ref().map(in_words).unwrap_or_default(),
+            lines,
+            pictures: [expected, Some(actual), difference],
+        });
+    }
+    let last: Vec<String> = last_words.iter().map(ToString::to_string).collect();
+    let page = report::page(device, &entries, &last);
+    files::write(&folder.join("index.html"), page.as_bytes()).map_err(Failure::input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blessed_picture_has_its_origin_beside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let golden = folder.path().join("golden");
+        let picture = Picture { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
+        let origin = Origin {
+            milliseconds: 5000,
+            cpu: "c".into(),
+            device: "d".into(),
+            driver: "e".into(),
+            reef: "0".into(),
+        };
+        bless(&golden, &golden.join("a.png"), &picture, &origin).expect("blessed");
+        assert_eq!(read_png(&golden.join("a.png")).expect("read"), picture);
+        let text = std::fs::read_to_string(golden.join("a.json")).expect("read");
+        assert_eq!(serde_json::from_str::<Origin>(&text).expect("parsed"), origin);
+    }
+
+    #[test]
+    fn all_scenes_are_found_in_order_and_an_empty_folder_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let scenes = folder.path().join("scenes");
+        std::fs::create_dir(&scenes).expect("made");
+        assert_eq!(all_scenes(folder.path()).expect_err("empty").code, 2);
+        for name in ["b.toml", "a.toml", "README.md"] {
+            std::fs::write(scenes.join(name), "").expect("written");
+        }
+        let found = all_scenes(folder.path()).expect("found");
+        assert_eq!(found, [scenes.join("a.toml"), scenes.join("b.toml")]);
+    }
 }
