@@ -1,9 +1,10 @@
 // Focusing of sunlight by waves: refraction straight down to the depth d, gain = 1 / (|det(I + d/4 H)| + .15),
 // H the Hessian of the waves' height. Mean 1 at any depth.
 
-/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface.
-float caustic_gain(vec3 p, float depth) {
-    float strength = view.sun.w;
+/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`: size of a
+/// pixel there [m], beyond which the pattern cannot be resolved.
+float caustic_gain(vec3 p, float depth, float footprint) {
+    float strength = view.sun.w * (1.0 - smoothstep(0.015, 0.16, footprint));
     if (strength <= 0.0 || depth <= 0.05) return 1.0;
     // Where the ray that hits p entered the water.
     vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));

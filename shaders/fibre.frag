@@ -113,7 +113,7 @@ void main() {
     float facing = dot(n, light);
     float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
     float caustic = 1.0;
-    if (view.downwelling.w > 0.5 && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth), clamp(facing * 2.0, 0.0, 1.0));
+    if (view.downwelling.w > 0.5 && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
     vec3 sun = view.sun_color.rgb * sea;
     vec3 ground = vec3(0.62, 0.52, 0.38);
 

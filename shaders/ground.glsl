@@ -1,8 +1,8 @@
 // Sand: two ripple trains that fork where they disagree, grain, and colours between dune and trough.
 // Needs `noise` (tiling; r, a: two noises, g, b: slope of r) and `contact` (r: open to the water, g: open to the sun).
 
-const vec3 SAND_LIGHT = vec3(0.768, 0.672, 0.479);
-const vec3 SAND_DARK = vec3(0.584, 0.468, 0.275);
+const vec3 SAND_LIGHT = vec3(0.700, 0.600, 0.420);
+const vec3 SAND_DARK = vec3(0.440, 0.350, 0.210);
 
 struct Sand {
     vec3 albedo;
@@ -22,23 +22,23 @@ Sand sand_at(vec2 x, vec2 slope, float distance) {
     float a2 = dot(other, x) * k2 - warp * 0.8 + 1.7;
     float weight = smoothstep(0.42, 0.60, slow.a);
     float resolved = 1.0 - smoothstep(0.7, 2.6, fwidth(a1));
-    float patches = smoothstep(0.30, 0.52, mix(slow.a, mid.a, 0.25)) * 0.75 + 0.25;
+    float patches = smoothstep(0.25, 0.50, mix(slow.a, mid.a, 0.25)) * 0.7 + 0.3;
     float height = view.plain.w * patches * resolved;
     // Crests sharper than troughs.
     float s1 = sin(a1);
     float s2 = sin(a2);
     float crest = mix(s1, s2, weight);
-    vec2 gradient = mix(surge * (cos(a1) * (1.0 + 0.45 * s1) * k1), other * (cos(a2) * (1.0 + 0.45 * s2) * k2), weight) * height;
+    vec2 gradient = mix(surge * (cos(a1) * (1.0 + 0.45 * s1) * k1), other * (cos(a2) * (1.0 + 0.45 * s2) * k2), weight) * (height * 1.5);
 
     vec3 tone = mix(SAND_DARK, SAND_LIGHT, clamp(0.15 + 0.55 * slow.r + 0.5 * (mid.a - 0.3), 0.0, 1.0));
     float trough = (0.5 - 0.5 * crest) * patches * resolved;
-    tone *= 1.0 - 0.26 * trough * trough;
+    tone *= 1.0 - 0.42 * trough * trough;
     float near = clamp(1.0 - distance * 0.25, 0.0, 1.0);
     if (near > 0.0) {
-        vec4 grain = texture(noise, x * 5.3);
-        gradient += (grain.gb - 0.5) * (0.55 * near);
-        float speck = smoothstep(0.70, 0.80, grain.a);
-        tone *= 1.0 + near * (0.16 * (grain.r - 0.5) - 0.30 * speck);
+        vec4 grain = texture(noise, x * 9.7);
+        gradient += (grain.gb - 0.5) * (0.5 * near);
+        float speck = smoothstep(0.74, 0.80, grain.a * 0.8 + mid.r * 0.2);
+        tone *= 1.0 + near * (0.34 * (grain.r - 0.5) - 0.45 * speck);
     }
     gradient += (mid.gb - 0.5) * 0.16;
     Sand sand;
@@ -49,10 +49,11 @@ Sand sand_at(vec2 x, vec2 slope, float distance) {
 
 /// Light on sand or rock. `open`: r to the water around, g to the sun.
 vec3 lit_ground(vec3 albedo, vec3 normal, vec3 p, vec2 open) {
+    float footprint = length(fwidth(p));
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
     float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
-    float gain = facing > 0.0 ? caustic_gain(p, depth) : 1.0;
+    float gain = facing > 0.0 ? caustic_gain(p, depth, footprint) : 1.0;
     vec3 sun = view.sun_color.rgb * sea * (facing * gain * open.g);
     return albedo * (sun + ambient_light(normal, sea, SAND_DARK) * open.r);
 }

@@ -29,28 +29,28 @@ void main() {
     vec3 weight = n * n;
     weight *= weight;
     weight /= weight.x + weight.y + weight.z;
-    vec4 a = texture(noise, x.yz * 0.9);
-    vec4 b = texture(noise, x.xz * 0.9 + 0.3);
-    vec4 c = texture(noise, x.xy * 0.9 + 0.6);
+    vec4 a = texture(noise, x.yz * 1.3);
+    vec4 b = texture(noise, x.xz * 1.3 + 0.3);
+    vec4 c = texture(noise, x.xy * 1.3 + 0.6);
     vec4 t = a * weight.x + b * weight.y + c * weight.z;
     vec3 bump = vec3(0.0, a.gb - 0.5) * weight.x + vec3(b.g - 0.5, 0.0, b.b - 0.5) * weight.y
         + vec3(c.gb - 0.5, 0.0) * weight.z;
     float detail = 0.5;
-    if (distance < 5.0) {
-        vec4 fine = texture(noise, (x.xz + x.y * vec2(0.7, -0.6)) * 5.1);
-        float near = clamp(1.0 - distance * 0.2, 0.0, 1.0);
-        bump += vec3(fine.g - 0.5, (fine.g - fine.b) * 0.5, fine.b - 0.5) * near * 0.7;
+    if (distance < 8.0) {
+        vec4 fine = texture(noise, (x.xz + x.y * vec2(0.7, -0.6)) * 6.3);
+        float near = clamp(1.0 - distance * 0.125, 0.0, 1.0);
+        bump += vec3(fine.g - 0.5, (fine.g - fine.b) * 0.5, fine.b - 0.5) * near * 0.9;
         detail = mix(0.5, fine.a, near);
     }
-    vec3 bent = normalize(n - bump * 1.1);
+    vec3 bent = normalize(n - bump * 1.5);
 
     float up = n.y * 0.5 + 0.5;
     vec3 albedo = ROCK * (0.75 + 0.9 * t.r) * (0.8 + 0.4 * detail);
     float shaded = 1.0 - clamp(dot(n, view.sun.xyz) * 1.3 + 0.35, 0.0, 1.0);
-    float crust = smoothstep(0.50, 0.62, t.a * 0.8 + shaded * 0.42 - 0.08);
+    float crust = smoothstep(0.52, 0.60, t.a * 0.7 + detail * 0.22 + shaded * 0.40 - 0.12);
     albedo = mix(albedo, CORALLINE * (0.55 + 0.7 * t.r) * (0.75 + 0.5 * detail), crust * 0.85);
-    float turf = smoothstep(0.72, 0.92, up) * smoothstep(0.35, 0.60, t.r * 0.6 + detail * 0.5);
-    albedo = mix(albedo, TURF * (0.6 + 0.8 * detail), turf * 0.8);
+    float turf = smoothstep(0.66, 0.92, up) * smoothstep(0.40, 0.60, t.r * 0.55 + detail * 0.5);
+    albedo = mix(albedo, TURF * (0.35 + 1.1 * detail), turf * 0.75);
 
     float above = normal_buried.w * 0.25;
     float sandy = 1.0 - smoothstep(0.0, 0.03 + 0.05 * max(n.y, 0.0), above + (t.a - 0.5) * 0.05);

@@ -14,7 +14,7 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 eye;              // world position of the eye [m]; w: wave number of the sand ripples [rad/m]
     vec4 sun;              // unit vector toward the refracted sun; w: strength of caustics 0..1
     vec4 sun_color;        // just below the surface; w: number of caustic waves
-    vec4 ambient;          // just below the surface; w: exposure
+    vec4 ambient;          // just below the surface; w: time [s]
     vec4 beam;             // c [1/m]; w: 1 plain background, 0 sea
     vec4 downwelling;      // Kd [1/m]; w: 1 high quality, 0 low
     vec4 scattered;        // W0 at the surface; w: y of the surface [m]

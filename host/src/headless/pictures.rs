@@ -2,16 +2,19 @@
 
 use std::{
     fs::File,
-    io::{BufReader, BufWriter, Write},
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
-use crate::gpu::Picture;
+use crate::{
+    files::{WriteError, Writing},
+    gpu::Picture,
+};
 
 /// Greatest side of a picture that is read [px].
 const MOST: u32 = 16_384;
 
-/// Why a picture could not be read or written.
+/// Why a picture could not be read.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PictureError {
     /// The file or its folder.
@@ -32,23 +35,17 @@ pub enum PictureError {
     },
 }
 
-/// Writes an RGBA8 picture as PNG beside its place and moves it there when it is whole.
-pub fn write_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
-    let io = |source| PictureError::Io { path: path.to_owned(), source };
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let temporary =
-        tempfile::Builder::new().prefix(".reef-").suffix(".png.tmp").tempfile_in(folder).map_err(io)?;
-    encode(temporary.as_file(), picture).map_err(io)?;
-    temporary.persist(path).map_err(|error| io(error.error))?;
-    Ok(())
+/// Writes a picture as PNG, whole or not at all. Alpha is left out.
+pub fn write_png(path: &Path, picture: &Picture) -> Result<(), WriteError> {
+    let mut file = Writing::create(path)?;
+    if let Err(error) = encode(&mut file, picture) {
+        return Err(file.error(&error));
+    }
+    file.finish()
 }
 
-fn encode(file: &File, picture: &Picture) -> std::io::Result<()> {
-    let mut writer = BufWriter::new(file);
-    let mut encoder = png::Encoder::new(&mut writer, picture.width, picture.height);
+fn encode(file: &mut Writing, picture: &Picture) -> std::io::Result<()> {
+    let mut encoder = png::Encoder::new(file, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -56,7 +53,7 @@ fn encode(file: &File, picture: &Picture) -> std::io::Result<()> {
     let rgb: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
     png.write_image_data(&rgb)?;
     png.finish()?;
-    writer.flush()
+    Ok(())
 }
 
 /// Reads a PNG of 8 bits a channel.

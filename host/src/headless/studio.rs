@@ -39,6 +39,16 @@ impl Studio {
         self.frames.wait(serial)
     }
 
+    /// Renders a shot a number of times with frames in flight, and waits for the last: for benches.
+    pub fn stream(&mut self, shot: &Shot<'_>, settings: &Settings, count: usize) -> Result<()> {
+        for _ in 0..count {
+            let mut frame = self.frames.begin()?;
+            self.renderer.record(&mut frame, shot, settings, &self.picture)?;
+            frame.submit(Signals::default())?;
+        }
+        self.frames.wait_all()
+    }
+
     /// The renderer.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer

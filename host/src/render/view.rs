@@ -31,7 +31,7 @@ pub struct View {
     pub sun: [f32; 4],
     /// Just below the surface; w: number of caustic waves.
     pub sun_color: [f32; 4],
-    /// Just below the surface; w: exposure.
+    /// Just below the surface; w: time [s].
     pub ambient: [f32; 4],
     /// c [1/m]; w: 1 with a plain background.
     pub beam: [f32; 4],
@@ -144,7 +144,7 @@ pub fn view(lens: &Lens, environment: &Environment, caustics: &Caustics, time: f
     let strength = if plain.is_some() { 0.0 } else { 1.0 };
     view.sun = v3(environment.sun.direction.normalize_or(Vec3::Y), strength);
     view.sun_color = c3(environment.sun.color, caustics.count(high) as f32);
-    view.ambient = c3(environment.sun.ambient, 1.0);
+    view.ambient = c3(environment.sun.ambient, time as f32);
     view.beam = c3(environment.optics.beam, if plain.is_some() { 1.0 } else { 0.0 });
     view.downwelling = c3(environment.optics.downwelling, if high { 1.0 } else { 0.0 });
     view.scattered = c3(environment.optics.scattered, 0.0);
