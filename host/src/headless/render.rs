@@ -9,11 +9,7 @@ use std::{
 
 use serde_json::json;
 
-use super::{
-    pictures::write_png,
-    show::Show,
-    studio::Studio,
-};
+use super::{pictures::write_png, show::Show, studio::Studio};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
@@ -180,7 +176,8 @@ impl Sink {
                 Ok(Sink::Video { path: path.to_owned(), beside, part, ffmpeg })
             }
             Some(other) => Err(Failure::input(miette::miette!(
-                help = "file.png keeps the last frame, a folder all of them, file.mp4 and file.webm are videos",
+                help =
+                    "file.png keeps the last frame, a folder all of them, file.mp4 and file.webm are videos",
                 "{}: `.{other}` is none of the kinds that can be written",
                 path.display()
             ))),

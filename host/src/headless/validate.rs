@@ -230,7 +230,9 @@ fn tell(common: &Common, verdicts: &[Verdict], last_words: &[Message], device: &
     for v in verdicts {
         let mark = if v.faults.is_empty() && v.messages.is_empty() { "ok  " } else { "FAIL" };
         let how = match &v.difference {
-            Some(d) => format!("greatest difference {}, {} pixels beyond {TOLERANCE}", d.greatest, d.exceptions),
+            Some(d) => {
+                format!("greatest difference {}, {} pixels beyond {TOLERANCE}", d.greatest, d.exceptions)
+            }
             None if v.faults.is_empty() => "blessed".to_owned(),
             None => "not compared".to_owned(),
         };

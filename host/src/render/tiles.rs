@@ -138,13 +138,13 @@ mod tests {
         let lens = Lens::new(&pose, [640, 360], 60.0);
         let tiles = tiles(terrain, &lens);
         assert!(!tiles.is_empty() && tiles.len() < 200, "{}", tiles.len());
-        let roots = tiles.iter().map(|t| t[2]).fold(0.0, f32::max);
-        for tile in tiles.iter().filter(|t| t[2] < roots) {
+        let above = (lens.eye.y as f32) - terrain.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        for tile in tiles.iter().filter(|t| t[2] > terrain.cell) {
             let size = tile[2] * QUADS as f32;
             let x = 0.0_f32.clamp(tile[0], tile[0] + size);
             let z = 0.0_f32.clamp(tile[1], tile[1] + size);
-            let nearest = (x * x + z * z).sqrt();
-            assert!(nearest <= tile[3] + 1.5, "a level is not drawn beyond its range");
+            let nearest = Vec3::new(x, above.max(0.0), z).length();
+            assert!(nearest >= tile[3] * 0.5, "within half of its range a tile gives way to finer ones");
         }
         let finest = tiles.iter().map(|t| t[2]).fold(f32::INFINITY, f32::min);
         let coarsest = tiles.iter().map(|t| t[2]).fold(0.0, f32::max);
