@@ -8,13 +8,24 @@
 //! - [`shape`]: what a fibre is at rest; [`reference`]: the equations, one fibre, f64, to be read beside the paper;
 //!   [`wide`]: the same, eight fibres a vector; [`residual`]: how far a pose is from satisfying the equations.
 //! - [`phyllotaxis`], [`species`], [`plant`]: from a small table of parameters to a plant.
+//! - [`config`], [`bed`]: all plants of a scene, stepped together. The plugin is [`Anemones`].
 //!
 //! Units are metres, seconds, kilograms and radians unless a name says otherwise.
 
+pub mod bed;
+pub mod config;
+mod debug;
 pub mod frame;
 pub mod math;
 pub mod phyllotaxis;
+pub mod plant;
+mod plugin;
+mod ranges;
 pub mod reference;
 pub mod residual;
 pub mod shape;
+mod sow;
+pub mod species;
 pub mod wide;
+
+pub use plugin::{Anemones, PARAMS};

@@ -64,6 +64,9 @@ pub(crate) struct Group {
     pub(crate) break2: Eight,
     /// 1: broken off.
     pub(crate) broken: Eight,
+    /// The root and its frame in the carrier's axes.
+    place: [Eight; 3],
+    place_frame: [[Eight; 3]; 3],
 }
 
 /// What a fibre's drag numbers mean.
@@ -122,6 +125,8 @@ pub struct Chunk {
     pub(crate) curved: bool,
     /// Some fibre can break off.
     pub(crate) breakable: bool,
+    /// A force on every node that is always there [N]: weight.
+    pub(crate) load: [f32; 3],
     pub(crate) constants: Vec<Segment>,
     pub(crate) poses: Vec<Pose>,
     pub(crate) roots: Vec<Group>,
@@ -148,6 +153,7 @@ impl Chunk {
             segments,
             drag,
             curved: lanes.iter().any(|lane| lane.shape.rest.iter().any(|bend| bend.length_squared() > 0.0)),
+            load: [0.0; 3],
             breakable: lanes.iter().any(|lane| lane.break_force.is_finite()),
             constants: vec![Segment::default(); groups * segments],
             poses: vec![Pose::default(); groups * segments],
@@ -182,6 +188,13 @@ impl Chunk {
             }
         }
         let root = &mut self.roots[group];
+        let frame = &lane.place.frame;
+        for axis in 0..3 {
+            root.place[axis][at] = lane.place.offset[axis] as f32;
+            root.place_frame[0][axis][at] = frame.x[axis] as f32;
+            root.place_frame[1][axis][at] = frame.y[axis] as f32;
+            root.place_frame[2][axis][at] = frame.z[axis] as f32;
+        }
         root.root_radius[at] = shape.root_radius as f32;
         for (axis, value) in root.offset.iter_mut().zip(lane.offset.to_array()) {
             axis[at] = value;
@@ -234,9 +247,33 @@ impl Chunk {
         }
     }
 
+    /// Gives every node a force that is always there [N]: weight.
+    pub fn set_load(&mut self, load: Vec3) {
+        self.load = load.to_array();
+    }
+
     /// Puts each root where its carrier is: `origin` [m] relative to the plant's origin.
     pub fn carry(&mut self, origin: DVec3, carrier: &Frame) {
-        self.carry_each(|_| (origin, *carrier));
+        let carrier = [carrier.x, carrier.y, carrier.z].map(|axis| axis.as_vec3().to_array());
+        let origin = origin.as_vec3().to_array();
+        // Sums in this order on every machine: x, y, z, then the origin.
+        let turn = |local: &[Eight; 3], axis: usize, at: usize| {
+            carrier[0][axis] * local[0][at]
+                + carrier[1][axis] * local[1][at]
+                + carrier[2][axis] * local[2][at]
+        };
+        for root in &mut self.roots {
+            for axis in 0..3 {
+                for at in 0..LANES {
+                    root.root[axis][at] = turn(&root.place, axis, at) + origin[axis];
+                }
+                for which in 0..3 {
+                    for at in 0..LANES {
+                        root.frame[which][axis][at] = turn(&root.place_frame[which], axis, at);
+                    }
+                }
+            }
+        }
     }
 
     /// As [`Self::carry`], with a carrier for each fibre.
@@ -254,6 +291,39 @@ impl Chunk {
                 into.frame[0][axis][at] = frame.x[axis] as f32;
                 into.frame[1][axis][at] = frame.y[axis] as f32;
                 into.frame[2][axis][at] = frame.z[axis] as f32;
+            }
+        }
+    }
+
+    /// Moves a fibre's anchor: from the chunk's anchor to its plant's origin [m].
+    pub fn set_offset(&mut self, fibre: usize, offset: Vec3) {
+        let last = self.count - 1;
+        for slot in 0..self.groups * LANES {
+            // Lanes without a fibre repeat the first one.
+            if slot == fibre || (fibre == 0 && slot > last) {
+                for (axis, value) in self.roots[slot / LANES].offset.iter_mut().zip(offset.to_array()) {
+                    axis[slot % LANES] = value;
+                }
+            }
+        }
+    }
+
+    /// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius.
+    pub fn emit(&self, into: &mut [[f32; 4]]) {
+        let nodes = self.segments + 1;
+        for (g, root) in self.roots.iter().enumerate() {
+            let lanes = LANES.min(self.count - g * LANES);
+            let mut write = |node: usize, place: &[Eight; 3], radius: &Eight| {
+                for at in 0..lanes {
+                    if let Some(out) = into.get_mut((g * LANES + at) * nodes + node) {
+                        *out = [place[0][at], place[1][at], place[2][at], radius[at]];
+                    }
+                }
+            };
+            write(0, &root.root, &root.root_radius);
+            for s in 0..self.segments {
+                let at = s * self.groups + g;
+                write(s + 1, &self.poses[at].node, &self.constants[at].radius);
             }
         }
     }
@@ -290,6 +360,39 @@ impl Chunk {
         let (group, at) = (fibre / LANES, fibre % LANES);
         let [x, y, z] = self.roots[group].frame.map(|axis| Self::vector(&axis, at).as_dvec3());
         Frame { x, y, z }
+    }
+
+    /// A unit vector across a fibre's first segment, carried from its root without twist.
+    pub fn normal(&self, fibre: usize) -> Vec3 {
+        let (group, at) = (fibre / LANES, fibre % LANES);
+        let frame = &self.roots[group].frame;
+        let (x, z) = (Self::vector(&frame[0], at), Self::vector(&frame[2], at));
+        let d = self.direction(fibre, 0);
+        let across = x - (z + d) * (x.dot(d) / (1.0 + z.dot(d)).max(1e-3));
+        (across - d * across.dot(d)).try_normalize().unwrap_or_else(|| d.any_orthonormal_vector())
+    }
+
+    /// A fibre's shape, as the kernel has it.
+    pub fn shape(&self, fibre: usize) -> FibreShape {
+        let (group, at) = (fibre / LANES, fibre % LANES);
+        let rows = || (0..self.segments).map(|s| &self.constants[s * self.groups + group]);
+        let lengths: Vec<f64> = rows().map(|row| f64::from(row.length[at])).collect();
+        FibreShape {
+            root_radius: f64::from(self.roots[group].root_radius[at]),
+            radii: rows().map(|row| f64::from(row.radius[at])).collect(),
+            stiffness: rows()
+                .zip(&lengths)
+                .map(|(row, length)| 1.0 / (f64::from(row.softness[at]) * length))
+                .collect(),
+            drag: rows().map(|row| f64::from(row.drag[at])).collect(),
+            rest: rows().map(|row| crate::frame::bend_to(Self::vector(&row.rest, at).as_dvec3())).collect(),
+            lengths,
+        }
+    }
+
+    /// What the drag numbers of [`Self::shape`] mean.
+    pub fn drag(&self) -> Drag {
+        self.drag
     }
 
     /// The frame at the tip: carried along the chain without twist from the root.
@@ -359,6 +462,8 @@ impl Group {
             noise2: [0.0; LANES],
             break2: [f32::MAX; LANES],
             broken: [0.0; LANES],
+            place: [[0.0; LANES]; 3],
+            place_frame: [[[0.0; LANES]; 3]; 3],
         }
     }
 }

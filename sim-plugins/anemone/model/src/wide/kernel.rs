@@ -154,6 +154,8 @@ fn loads<S: Simd>(
     let law = Law::of(chunk, constants);
     let still = packed.is_still();
     let touching = !contacts.is_empty();
+    let loaded = chunk.load != [0.0; 3];
+    let load_force = chunk.load.map(|f| splat(simd, f));
     let groups = chunk.groups;
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
@@ -167,6 +169,9 @@ fn loads<S: Simd>(
             let mut force = *handed;
             if !still {
                 force = flow_force(simd, pose, segment, root, packed, law, constants.current, force);
+            }
+            if loaded {
+                force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
             }
             if touching {
                 force = contact_force(simd, pose, segment, root, contacts, constants.contact, force);

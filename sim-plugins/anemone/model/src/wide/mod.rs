@@ -39,7 +39,14 @@ pub fn rebuild(level: Level, chunk: &mut Chunk) {
 }
 
 /// Gives interpolated fibres (§5.4) the weighted bends of their guides, and places their nodes. All lengths hold, because
-/// bends are blended, not positions. `guides`: the chunks that the blends name, of as many segments as this one.
-pub fn follow(level: Level, chunk: &mut Chunk, blends: &[Blend], guides: &[Chunk]) {
-    reef_flow::dispatch!(level, simd => pose::follow(simd, chunk, blends, guides));
+/// bends are blended, not positions. `guides` finds the chunks that the blends name, of as many segments as
+/// this one.
+pub fn follow<'a>(
+    level: Level,
+    chunk: &mut Chunk,
+    blends: &[Blend],
+    guides: impl Fn(u32) -> Option<&'a Chunk>,
+) {
+    pose::blend(chunk, blends, guides);
+    rebuild(level, chunk);
 }

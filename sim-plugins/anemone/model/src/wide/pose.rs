@@ -199,26 +199,25 @@ pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
     }
 }
 
-/// See [`super::follow`].
-#[inline(always)]
-pub(crate) fn follow<S: Simd>(simd: S, chunk: &mut Chunk, blends: &[Blend], guides: &[Chunk]) {
+/// Gives each fibre the weighted bends of its guides.
+pub(crate) fn blend<'a>(chunk: &mut Chunk, blends: &[Blend], guides: impl Fn(u32) -> Option<&'a Chunk>) {
     let groups = chunk.groups;
     for (fibre, blend) in blends.iter().enumerate().take(chunk.count) {
         let (group, at) = (fibre / LANES, fibre % LANES);
         for s in 0..chunk.segments {
             let mut bend = [0.0_f32; 2];
             for ((guide_chunk, guide), weight) in blend.guides.iter().zip(blend.weights) {
-                let Some(from) = guides.get(*guide_chunk as usize) else { continue };
+                let Some(from) = guides(*guide_chunk) else { continue };
                 let (from_group, from_at) = (*guide as usize / LANES, *guide as usize % LANES);
                 if let Some(pose) = from.poses.get(s * from.groups + from_group) {
                     bend[0] += weight * pose.bend[0][from_at];
                     bend[1] += weight * pose.bend[1][from_at];
                 }
             }
-            let pose = &mut chunk.poses[s * groups + group];
-            pose.bend[0][at] = bend[0];
-            pose.bend[1][at] = bend[1];
+            if let Some(pose) = chunk.poses.get_mut(s * groups + group) {
+                pose.bend[0][at] = bend[0];
+                pose.bend[1][at] = bend[1];
+            }
         }
     }
-    rebuild(simd, chunk);
 }

@@ -1,0 +1,435 @@
+//! From a configuration to plants: what stands where, before the sea bed is known.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+use reef_sdk::{
+    ConfigError, SceneInfo,
+    abi::{self, Material, fnv1a_32},
+};
+
+use crate::{
+    config::{Anemone, Config, FibreGrid, MOST_FIBRES, MOST_NODES, MOST_PLANTS, Scatter, Tuft},
+    frame::Frame,
+    math::{self, Random},
+    phyllotaxis,
+    plant::{Plant, Strand, split},
+    shape::FibreShape,
+    species::{PatternKind, Species, Surface, linear_rgb},
+    wide::{Drag, Place},
+};
+
+/// One plant on its way into the bed.
+#[derive(Clone, Debug)]
+pub(crate) struct Seedling {
+    /// Foot and fibres.
+    pub(crate) plant: Plant,
+    /// x, y, z [m]; y counts from the sea bed where `grounded` and there is one.
+    pub(crate) position: DVec3,
+    /// Over a sea bed, y counts from it, and the stand leans with it.
+    pub(crate) grounded: bool,
+    /// Turn about y [rad].
+    pub(crate) yaw: f64,
+    /// What the drag numbers of its fibres mean.
+    pub(crate) drag: Drag,
+    /// Weight of each node, downward [N].
+    pub(crate) weight: f64,
+    /// Materials of the foot and of the fibres.
+    pub(crate) materials: [u32; 2],
+    /// Sides of the rings of the foot and of the fibres.
+    pub(crate) sides: [u32; 2],
+    /// Thickness over width of the fibres; 1: round.
+    pub(crate) flatness: f32,
+    /// FNV-1a (32 bits) of the species' name; 0: a bare fibre, which nobody perceives.
+    pub(crate) species: u32,
+}
+
+/// Everything that a configuration asks for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Harvest {
+    pub(crate) seedlings: Vec<Seedling>,
+    pub(crate) materials: Vec<Material>,
+    /// What the person who wrote the scene should know.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// What a species looks like in the streams.
+struct Kind {
+    species: Species,
+    materials: [u32; 2],
+    hash: u32,
+}
+
+/// Reads the species and grows every plant.
+pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigError> {
+    let plants = config.anemones.len() as u64
+        + config.scatter.iter().map(|s| u64::from(s.count)).sum::<u64>()
+        + config.fibres.iter().map(|g| u64::from(g.count[0]) * u64::from(g.count[1])).sum::<u64>()
+        + config.tufts.len() as u64;
+    if plants > MOST_PLANTS {
+        return Err(ConfigError::new("", format!("asks for {plants} plants; the limit is {MOST_PLANTS}")));
+    }
+    let mut harvest = Harvest::default();
+    let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
+    let mut count = Count::default();
+    for (i, anemone) in config.anemones.iter().enumerate() {
+        let path = format!("anemones[{i}]");
+        let kind = kind_of(scene, &anemone.species, &mut kinds, &mut harvest)
+            .map_err(|error| at_species(error, &format!("{path}.species")))?;
+        count.add(&kind.species, 1, &path)?;
+        let seedling = one(scene, anemone, i, kind);
+        remark(&mut harvest, &seedling, &path, &anemone.species);
+        harvest.seedlings.push(seedling);
+    }
+    for (i, scatter) in config.scatter.iter().enumerate() {
+        let path = format!("scatter[{i}]");
+        if scatter.species.is_empty() {
+            return Err(ConfigError::new(format!("{path}.species"), "must name at least one species"));
+        }
+        if scatter.scale[0] > scatter.scale[1] {
+            return Err(ConfigError::new(format!("{path}.scale"), "the least size is above the greatest"));
+        }
+        for (k, name) in scatter.species.iter().enumerate() {
+            let kind = kind_of(scene, name, &mut kinds, &mut harvest)
+                .map_err(|error| at_species(error, &format!("{path}.species[{k}]")))?;
+            count.add(&kind.species, u64::from(scatter.count), &path)?;
+        }
+        scattered(scene, scatter, i, &path, &kinds, &mut harvest);
+    }
+    for (i, grid) in config.fibres.iter().enumerate() {
+        count.fibres(
+            u64::from(grid.count[0]) * u64::from(grid.count[1]),
+            grid.nodes,
+            &format!("fibres[{i}]"),
+        )?;
+        fibre_grid(scene, grid, &format!("fibres[{i}]"), &mut harvest)?;
+    }
+    for (i, tuft) in config.tufts.iter().enumerate() {
+        count.fibres(u64::from(tuft.fibres.max(tuft.guides)), tuft.nodes, &format!("tufts[{i}]"))?;
+        let seedling = self::tuft(scene, tuft, &format!("tufts[{i}]"), &mut harvest)?;
+        harvest.seedlings.push(seedling);
+    }
+    Ok(harvest)
+}
+
+/// Fibres and nodes asked for so far.
+#[derive(Default)]
+struct Count {
+    fibres: u64,
+    nodes: u64,
+}
+
+impl Count {
+    fn add(&mut self, species: &Species, plants: u64, path: &str) -> Result<(), ConfigError> {
+        let tentacles = &species.tentacles;
+        let nodes = u64::from(tentacles.count) * u64::from(tentacles.nodes) + u64::from(species.foot.nodes);
+        self.check((u64::from(tentacles.count) + 1) * plants, nodes * plants, path)
+    }
+
+    fn fibres(&mut self, fibres: u64, nodes: u32, path: &str) -> Result<(), ConfigError> {
+        self.check(fibres, fibres * u64::from(nodes), path)
+    }
+
+    fn check(&mut self, fibres: u64, nodes: u64, path: &str) -> Result<(), ConfigError> {
+        self.fibres += fibres;
+        self.nodes += nodes;
+        if self.fibres > MOST_FIBRES {
+            let problem = format!("brings the scene to {} fibres; the limit is {MOST_FIBRES}", self.fibres);
+            return Err(ConfigError::new(path, problem));
+        }
+        if self.nodes > MOST_NODES {
+            let problem = format!("brings the scene to {} nodes; the limit is {MOST_NODES}", self.nodes);
+            return Err(ConfigError::new(path, problem));
+        }
+        Ok(())
+    }
+}
+
+/// Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
+fn at_species(error: ConfigError, path: &str) -> ConfigError {
+    if error.path.is_empty() { ConfigError::new(path, error.message) } else { error }
+}
+
+fn kind_of<'a>(
+    scene: &SceneInfo,
+    name: &str,
+    kinds: &'a mut BTreeMap<String, Kind>,
+    harvest: &mut Harvest,
+) -> Result<&'a Kind, ConfigError> {
+    if !kinds.contains_key(name) {
+        let species: Species = scene.species(name)?;
+        crate::ranges::check(&species).map_err(|error| error.within(&format!("species.{name}")))?;
+        species
+            .check()
+            .map_err(|(key, problem)| ConfigError::new(format!("species.{name}.{key}"), problem))?;
+        let foot = material(&species.look.foot);
+        let tentacles = material(&species.look.tentacles);
+        let first = harvest.materials.len() as u32;
+        harvest.materials.extend([foot, tentacles]);
+        let kind = Kind { species, materials: [first, first + 1], hash: fnv1a_32(name.as_bytes()) };
+        kinds.insert(name.to_owned(), kind);
+    }
+    kinds.get(name).ok_or_else(|| ConfigError::new("", format!("unknown species `{name}`")))
+}
+
+/// A surface in the stream's terms. Its colours were checked; white stands in for one that was not.
+fn material(surface: &Surface) -> Material {
+    let rgb = |text: &str| linear_rgb(text).unwrap_or([1.0; 3]);
+    let four = |[r, g, b]: [f32; 3], a: f64| [r, g, b, a as f32];
+    Material {
+        base: four(rgb(&surface.base), 1.0),
+        tip: four(rgb(&surface.tip), surface.tip_start),
+        accent: four(rgb(&surface.accent), surface.accent_share),
+        pattern: match surface.pattern {
+            PatternKind::None => abi::PATTERN_NONE,
+            PatternKind::Spots => abi::PATTERN_SPOTS,
+            PatternKind::Bands => abi::PATTERN_BANDS,
+            PatternKind::Stripes => abi::PATTERN_STRIPES,
+            PatternKind::Blotches => abi::PATTERN_BLOTCHES,
+        },
+        pattern_scale: surface.pattern_scale as f32,
+        pattern_softness: surface.softness as f32,
+        translucency: surface.translucency as f32,
+        wrap: 0.5,
+        rim: 0.3,
+        roughness: 0.8,
+        specular: 0.0003,
+        ..Material::default()
+    }
+}
+
+fn seedling(scene: &SceneInfo, kind: &Kind, position: DVec3, scale: f64, yaw: f64, seed: u64) -> Seedling {
+    let species = &kind.species;
+    // A species is in metres; where a scene is not, its plants keep their size among its other numbers.
+    let plant = Plant::grow(species, scale, seed);
+    Seedling {
+        plant,
+        position: position * scene.scale,
+        grounded: true,
+        yaw,
+        drag: Drag::Area { coefficient: species.tentacles.drag_coefficient as f32 },
+        weight: 0.0,
+        materials: kind.materials,
+        sides: [species.foot.sides, species.tentacles.sides],
+        flatness: species.tentacles.flatness as f32,
+        species: kind.hash,
+    }
+}
+
+fn one(scene: &SceneInfo, anemone: &Anemone, number: usize, kind: &Kind) -> Seedling {
+    let seed = math::mix(scene.seed ^ math::mix(anemone.seed.map_or(number as u64, |s| u64::from(s) << 32)));
+    let position = DVec3::from(anemone.position);
+    seedling(scene, kind, position, anemone.scale, anemone.yaw.to_radians(), seed)
+}
+
+fn remark(harvest: &mut Harvest, seedling: &Seedling, path: &str, name: &str) {
+    let (got, wanted) = (seedling.plant.tentacles(), seedling.plant.wanted);
+    if (got as u64) < u64::from(wanted) && harvest.remarks.len() < 20 {
+        harvest
+            .remarks
+            .push(format!("{path}: the disc of `{name}` has room for {got} of {wanted} tentacles"));
+    }
+}
+
+fn scattered(
+    scene: &SceneInfo,
+    scatter: &Scatter,
+    number: usize,
+    path: &str,
+    kinds: &BTreeMap<String, Kind>,
+    harvest: &mut Harvest,
+) {
+    let seed = scatter.seed.map_or(scene.seed, u64::from) ^ math::mix(number as u64 + 77);
+    let mut random = Random::new(seed, 2);
+    let places = match scatter.grid {
+        Some(grid) => grid_places(scatter, grid),
+        None => random_places(scatter, &mut random),
+    };
+    if places.len() < scatter.count as usize && harvest.remarks.len() < 20 {
+        let (got, wanted) = (places.len(), scatter.count);
+        harvest.remarks.push(format!("{path}: there is room for {got} of {wanted} plants at their spacing"));
+    }
+    for place in places {
+        let at = (random.bits() % scatter.species.len().max(1) as u64) as usize;
+        let name = &scatter.species[at];
+        let scale = random.between(scatter.scale[0], scatter.scale[1]);
+        let yaw = random.between(0.0, std::f64::consts::TAU);
+        let plant_seed = random.bits();
+        let Some(kind) = kinds.get(name) else { continue };
+        let seedling = seedling(scene, kind, DVec3::new(place.x, 0.0, place.y), scale, yaw, plant_seed);
+        remark(harvest, &seedling, path, name);
+        harvest.seedlings.push(seedling);
+    }
+}
+
+fn grid_places(scatter: &Scatter, [columns, rows]: [u32; 2]) -> Vec<DVec2> {
+    let step = |size: f64, count: u32, i: u32| size * ((f64::from(i) + 0.5) / f64::from(count) - 0.5);
+    (0..rows)
+        .flat_map(|row| (0..columns).map(move |column| (row, column)))
+        .take(scatter.count as usize)
+        .map(|(row, column)| {
+            DVec2::from(scatter.center)
+                + DVec2::new(step(scatter.size[0], columns, column), step(scatter.size[1], rows, row))
+        })
+        .collect()
+}
+
+/// Tries a place 30 times before it gives one plant up.
+fn random_places(scatter: &Scatter, random: &mut Random) -> Vec<DVec2> {
+    let mut places: Vec<DVec2> = Vec::new();
+    let half = DVec2::from(scatter.size) * 0.5;
+    for _ in 0..scatter.count {
+        for _ in 0..30 {
+            let offset = DVec2::new(half.x * random.signed(), half.y * random.signed());
+            let place = DVec2::from(scatter.center) + offset;
+            let apart = scatter.spacing * scatter.spacing;
+            if scatter.spacing == 0.0 || places.iter().all(|other| other.distance_squared(place) >= apart) {
+                places.push(place);
+                break;
+            }
+        }
+    }
+    places
+}
+
+/// A material of two colours for bare fibres.
+fn plain(colors: &[String; 2], path: &str, harvest: &mut Harvest) -> Result<u32, ConfigError> {
+    for (i, color) in colors.iter().enumerate() {
+        if linear_rgb(color).is_none() {
+            let problem = format!("must be a colour like \"#A8182A\", is {color:?}");
+            return Err(ConfigError::new(format!("{path}.colors[{i}]"), problem));
+        }
+    }
+    let surface = Surface {
+        base: colors[0].clone(),
+        tip: colors[1].clone(),
+        tip_start: 0.0,
+        translucency: 0.2,
+        ..Surface::default()
+    };
+    harvest.materials.push(material(&surface));
+    Ok(harvest.materials.len() as u32 - 1)
+}
+
+/// A plant of fibres that stand on the ground by themselves.
+fn footless(guides: Vec<Strand>, followers: Vec<(Strand, [u32; 3], [f32; 3])>, spread: f64) -> Plant {
+    let longest = guides
+        .iter()
+        .chain(followers.iter().map(|(strand, ..)| strand))
+        .map(|strand| strand.shape.length() + strand.shape.root_radius)
+        .fold(0.0, f64::max);
+    let wanted = (guides.len() + followers.len()) as u32;
+    Plant { foot: None, guides, followers, wanted, reach: spread + longest, middle: 0.0, crown: spread }
+}
+
+fn fibre_grid(
+    scene: &SceneInfo,
+    grid: &FibreGrid,
+    path: &str,
+    harvest: &mut Harvest,
+) -> Result<(), ConfigError> {
+    let material = plain(&grid.colors, path, harvest)?;
+    let unit = scene.scale;
+    let segments = grid.nodes as usize - 1;
+    let [root, tip] = grid.radius;
+    let length = grid.length * unit;
+    let mut shape = FibreShape::straight(grid.nodes as usize, length, root * unit, tip * unit, 1.0, 0.0);
+    for i in 0..segments {
+        let share = (i + 1) as f64 / segments as f64;
+        shape.radii[i] = root * math::pow(tip / root, share) * unit;
+        shape.drag[i] = grid.drag.unwrap_or(shape.radii[i] * length);
+    }
+    let bend = grid.curve.to_radians() / (segments.max(2) - 1) as f64;
+    for rest in shape.rest.iter_mut().skip(1) {
+        *rest = DVec2::new(bend.clamp(-1.5, 1.5), 0.0);
+    }
+    let drag = if grid.drag.is_some() { Drag::Given } else { Drag::Area { coefficient: 0.5 } };
+    let (s, c) = math::sin_cos(grid.lean.to_radians());
+    let [columns, rows] = grid.count;
+    for row in 0..rows {
+        for column in 0..columns {
+            let offset = |i: u32, count: u32| (f64::from(i) - 0.5 * f64::from(count - 1)) * grid.spacing;
+            let place =
+                DVec3::from(grid.position) + DVec3::new(offset(column, columns), 0.0, offset(row, rows));
+            let strand = Strand {
+                shape: shape.clone(),
+                place: Place {
+                    offset: DVec3::ZERO,
+                    frame: Frame { x: DVec3::new(c, 0.0, -s), y: DVec3::Y, z: DVec3::new(s, 0.0, c) },
+                },
+                stiffness: (grid.stiffness, grid.exponent),
+                relaxation: grid.relaxation,
+                break_force: grid.break_force.unwrap_or(f64::INFINITY),
+                // Equal fibres look alike.
+                variation: 0x0080_8080,
+            };
+            harvest.seedlings.push(Seedling {
+                plant: footless(vec![strand], Vec::new(), root * unit),
+                position: place * unit,
+                grounded: false,
+                yaw: 0.0,
+                drag,
+                weight: 0.0,
+                materials: [material; 2],
+                sides: [grid.sides; 2],
+                flatness: 1.0,
+                species: 0,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn tuft(scene: &SceneInfo, tuft: &Tuft, path: &str, harvest: &mut Harvest) -> Result<Seedling, ConfigError> {
+    if tuft.fibres < tuft.guides {
+        let problem = format!("must be at least as many as the guides ({}), is {}", tuft.guides, tuft.fibres);
+        return Err(ConfigError::new(format!("{path}.fibres"), problem));
+    }
+    let material = plain(&tuft.colors, path, harvest)?;
+    let unit = scene.scale;
+    let mut random = Random::new(scene.seed, fnv1a_32(path.as_bytes()).into());
+    let strands = (0..tuft.fibres)
+        .map(|number| {
+            // A sunflower's head: even over the disc, in the order of phyllotaxis.
+            let out = ((f64::from(number) + 0.5) / f64::from(tuft.fibres)).sqrt();
+            let (s, c) = math::sin_cos(f64::from(number) * phyllotaxis::GOLDEN_ANGLE);
+            let radial = DVec3::new(c, s, 0.0);
+            let (ls, lc) = math::sin_cos(tuft.lean.to_radians() * out);
+            let frame = Frame {
+                x: radial * lc - DVec3::Z * ls,
+                y: DVec3::new(-s, c, 0.0),
+                z: radial * ls + DVec3::Z * lc,
+            };
+            let mut shape = FibreShape::straight(
+                tuft.nodes as usize,
+                tuft.length * unit,
+                tuft.radius[0] * unit,
+                tuft.radius[1] * unit,
+                1.0,
+                0.0,
+            );
+            shape.drag = vec![tuft.drag; shape.segments()];
+            Strand {
+                shape,
+                place: Place { offset: radial * (out * tuft.spread * unit), frame },
+                stiffness: (tuft.stiffness, tuft.exponent),
+                relaxation: tuft.relaxation,
+                break_force: f64::INFINITY,
+                variation: random.bits() as u32,
+            }
+        })
+        .collect();
+    let (guides, followers) = split(strands, tuft.guides as usize);
+    Ok(Seedling {
+        plant: footless(guides, followers, tuft.spread * unit),
+        position: DVec3::from(tuft.position) * unit,
+        grounded: true,
+        yaw: 0.0,
+        drag: Drag::Given,
+        weight: tuft.weight,
+        materials: [material; 2],
+        sides: [tuft.sides; 2],
+        flatness: 1.0,
+        species: 0,
+    })
+}
