@@ -28,9 +28,10 @@ pub fn folder(wanted: Option<&Path>) -> Result<PathBuf, SceneError> {
     Err(SceneError::plain("the folder `assets` with scenes and species was not found", Some(help.to_owned())))
 }
 
-/// The file of a scene: the path itself, or a scene of assets by its bare name ("reef").
+/// The file of a scene: the path itself, or a scene of assets by its bare name ("reef"). A name without an ending is
+/// looked for in assets first: the program `reef` may lie in the working folder.
 pub fn scene(wanted: &Path, assets: &Path) -> PathBuf {
-    if !wanted.exists() && wanted.components().count() == 1 {
+    if (wanted.extension().is_none() || !wanted.exists()) && wanted.components().count() == 1 {
         for name in [wanted.to_owned(), wanted.with_extension("toml")] {
             let inside = assets.join("scenes").join(name);
             if inside.is_file() {
@@ -39,4 +40,24 @@ pub fn scene(wanted: &Path, assets: &Path) -> PathBuf {
         }
     }
     wanted.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bare_name_is_a_scene_of_assets_and_a_path_is_itself() {
+        let assets = tempfile::tempdir().unwrap();
+        std::fs::create_dir(assets.path().join("scenes")).unwrap();
+        let inside = assets.path().join("scenes/src.toml");
+        std::fs::write(&inside, "").unwrap();
+        // `src` is also a folder where this test runs, as `reef` is a program in others.
+        assert!(Path::new("src").exists());
+        assert_eq!(scene(Path::new("src"), assets.path()), inside);
+        assert_eq!(scene(Path::new("src.toml"), assets.path()), inside);
+        for path in ["./src", "other", "scenes/src.toml"] {
+            assert_eq!(scene(Path::new(path), assets.path()), Path::new(path));
+        }
+    }
 }

@@ -18,6 +18,12 @@ pub fn foreign_id(module: usize, object: u64) -> u64 {
     if object == 0 { 0 } else { object ^ ((module as u64 + 1) << MODULE_SHIFT) }
 }
 
+/// The id that a module itself gave an object which it may know by its foreign id: its own, or a stranger's as it is.
+pub(super) fn own_id(module: usize, object: u64) -> u64 {
+    let own = foreign_id(module, object);
+    if own >> MODULE_SHIFT == 0 { own } else { object }
+}
+
 /// What one module emitted in the last step and others may know.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Said {
@@ -186,6 +192,11 @@ mod tests {
         assert_eq!(owners(1), [0, foreign_id(0, 1), 1, 2]);
         assert_eq!(owners(2), [0, foreign_id(0, 1), foreign_id(1, 1), foreign_id(1, 2)]);
         assert_ne!(foreign_id(0, 1), foreign_id(1, 1));
+        for module in 0..3 {
+            assert_eq!(own_id(module, foreign_id(module, 7)), 7);
+            assert_eq!(own_id(module, foreign_id(module + 1, 7)), foreign_id(module + 1, 7));
+            assert_eq!(own_id(module, 0), 0);
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::{
     camera::Camera,
     clock::Clock,
     environment::Environment,
-    exchange::Exchange,
+    exchange::{Exchange, own_id},
     frame::{CameraPose, Frame},
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     scene::{Scene, error::SceneError},
@@ -451,10 +451,10 @@ impl World {
                 }
             }
             Input::Poke(poke) => {
-                for member in &mut self.members {
+                for (at, member) in self.members.iter_mut().enumerate() {
                     member.events.push(abi::Event {
                         kind: abi::EVENT_POKE,
-                        object: poke.object,
+                        object: own_id(at, poke.object),
                         value: poke.speed,
                         point: poke.point,
                         ..abi::Event::default()

@@ -180,7 +180,7 @@ fn obstacle(number: usize, table: &ObstacleTable) -> Result<(abi::Obstacle, Trac
 pub struct Poke {
     /// Where [m].
     pub point: [f64; 3],
-    /// Id of the object that was hit, 0: none.
+    /// Id of the object that was hit, as other modules know it; 0: none.
     pub object: u64,
     /// Which way the hand moved [m/s]; zero: a push at the spot.
     pub motion: [f64; 3],
