@@ -2,20 +2,24 @@
 //!
 //! The same code checks the host's own keys and each plugin's. What it understands of JSON Schema: `type`, `properties`,
 //! `required`, `additionalProperties`, `minimum`, `maximum`, `exclusiveMinimum`, `exclusiveMaximum`, `format` of
-//! integers, `enum`, `const`, `items`, `prefixItems`, `minItems`, `maxItems`, `minLength`, `maxLength`, `allOf`,
-//! `anyOf`, `oneOf`, `$ref` into `$defs`, and the extension `x-unit`. Anything else passes.
+//! integers, `enum`, `const`, `items`, `prefixItems`, `minItems`, `maxItems`, `minLength`, `maxLength`, `pattern` of
+//! colours, `allOf`, `anyOf`, `oneOf`, `$ref` into `$defs`, and the extension `x-unit`. Anything else passes.
 
 use serde_json::Value as Json;
 
 use super::{
     document::{Node, Path, Span, Value},
     error::Fault,
+    whole::parse_color,
 };
 
 /// Faults of one file that are told at once; more would hide the first.
 const MOST_FAULTS: usize = 20;
 /// References followed on the way to one value; a schema that needs more refers to itself.
 const DEEPEST_REFERENCE: usize = 32;
+
+/// The one pattern of text that schemas use: a colour as `#RRGGBB`.
+pub const COLOR: &str = "^#[0-9A-Fa-f]{6}$";
 
 /// What the checker leaves out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -157,6 +161,15 @@ impl<'a> Checker<'a> {
             self.fault(place.clone(), path, problem, None);
         } else if length > most {
             self.fault(place.clone(), path, format!("has {length} characters; the limit is {most}"), None);
+        }
+        let color = schema.get("pattern").and_then(Json::as_str) == Some(COLOR);
+        if color && parse_color(text).is_none() {
+            self.fault(
+                place.clone(),
+                path,
+                format!("is {text:?}, but must be a colour like \"#F4F4F0\""),
+                None,
+            );
         }
     }
 
@@ -494,6 +507,9 @@ fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
             "boolean" => "true or false".to_owned(),
             "integer" => format!("a whole number{own_bounds}{unit}"),
             "number" => format!("a number{own_bounds}{unit}"),
+            "string" if target.get("pattern").and_then(Json::as_str) == Some(COLOR) => {
+                "a colour like \"#F4F4F0\"".to_owned()
+            }
             "string" => "text".to_owned(),
             "array" => list_words(root, target, depth) + &unit,
             "object" => "a table".to_owned(),

@@ -22,7 +22,7 @@ impl Source {
         while !self.text.is_char_boundary(end) {
             end -= 1;
         }
-        let before = &self.text[..end];
+        let before = &self.0.text[..end];
         let line = before.matches('\n').count() + 1;
         let start = before.rfind('\n').map_or(0, |at| at + 1);
         (line, before[start..].chars().count() + 1)
@@ -44,7 +44,10 @@ pub struct Fault {
 
 /// Why a scene was refused. Its text is `file:line:column: key: problem`; the printed report shows the line, too.
 #[derive(Debug)]
-pub struct SceneError {
+pub struct SceneError(Box<Told>);
+
+#[derive(Debug)]
+struct Told {
     text: String,
     help: Option<String>,
     /// None: the file could not be read at all.
@@ -56,12 +59,16 @@ impl SceneError {
     /// Something is wrong with the file as a whole.
     pub fn file(path: &FilePath, problem: impl fmt::Display, help: Option<&str>) -> Self {
         let text = format!("{}: {problem}", path.display());
-        Self { text, help: help.map(str::to_owned), place: None, related: Vec::new() }
+        Self::told(text, help.map(str::to_owned), None)
     }
 
     /// Something is wrong that has no place in a file (a plugin is missing, say).
     pub fn plain(problem: impl fmt::Display, help: Option<String>) -> Self {
-        Self { text: problem.to_string(), help, place: None, related: Vec::new() }
+        Self::told(problem.to_string(), help, None)
+    }
+
+    fn told(text: String, help: Option<String>, place: Option<(NamedSource<Arc<str>>, Span)>) -> Self {
+        Self(Box::new(Told { text, help, place, related: Vec::new() }))
     }
 
     /// Something is wrong at a place.
@@ -71,39 +78,33 @@ impl SceneError {
         let length = source.text.len();
         let start = fault.span.start.min(length);
         let span = start..fault.span.end.clamp(start, length);
-        Self {
-            text: format!("{}:{line}:{column}:{key} {}", source.name, fault.problem),
-            help: fault.help,
-            place: Some((
-                NamedSource::new(source.name.as_ref(), source.text.clone()).with_language("TOML"),
-                span,
-            )),
-            related: Vec::new(),
-        }
+        let text = format!("{}:{line}:{column}:{key} {}", source.name, fault.problem);
+        let shown = NamedSource::new(source.name.as_ref(), source.text.clone()).with_language("TOML");
+        Self::told(text, fault.help, Some((shown, span)))
     }
 
     /// All of a file's faults as one error, the first in front. None where there are none.
     pub fn all(source: &Source, faults: Vec<Fault>) -> Option<Self> {
         let mut errors = faults.into_iter().map(|fault| Self::at(source, fault));
         let mut first = errors.next()?;
-        first.related = errors.collect();
+        first.0.related = errors.collect();
         Some(first)
     }
 
     /// The help of the first fault.
     pub fn help_text(&self) -> Option<&str> {
-        self.help.as_deref()
+        self.0.help.as_deref()
     }
 
     /// How many faults it tells.
     pub fn count(&self) -> usize {
-        1 + self.related.len()
+        1 + self.0.related.len()
     }
 }
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+        f.write_str(&self.0.text)
     }
 }
 
@@ -111,24 +112,24 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.0.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+        self.0.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.place.as_ref()?;
+        let (_, span) = self.0.place.as_ref()?;
         let label = LabeledSpan::new(Some("here".to_owned()), span.start, span.len());
         Some(Box::new(std::iter::once(label)))
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        if self.related.is_empty() {
+        if self.0.related.is_empty() {
             return None;
         }
-        Some(Box::new(self.related.iter().map(|error| error as &dyn Diagnostic)))
+        Some(Box::new(self.0.related.iter().map(|error| error as &dyn Diagnostic)))
     }
 }
 

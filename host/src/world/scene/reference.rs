@@ -193,7 +193,10 @@ fn rows(out: &mut String, root: &Json, schema: &Json, properties: &Map<String, J
             (Some(value), _) => literal(value),
         };
         let words = rule.get("description").or_else(|| solid(root, rule).get("description"));
-        let words = words.and_then(Json::as_str).map(plain).unwrap_or_default();
+        let words = words.and_then(Json::as_str).map(plain);
+        let tag =
+            || if rule.get("const").is_some() { "Tells the kinds apart.".to_owned() } else { String::new() };
+        let words = words.unwrap_or_else(tag);
         let _ = writeln!(out, "| `{key}` | {unit} | {} | {default} | {words} |", allowed(root, rule));
     }
     out.push('\n');

@@ -13,7 +13,6 @@ use super::{
 /// All such faults of a file.
 pub fn check_whole(file: &SceneFile, node: &Node) -> Vec<Fault> {
     let mut whole = Whole { node, faults: Vec::new() };
-    whole.scene(file);
     whole.camera(file);
     whole.terrain(file);
     whole.flow(file);
@@ -37,15 +36,6 @@ impl Whole<'_> {
             problem: problem.into(),
             help,
         });
-    }
-
-    fn scene(&mut self, file: &SceneFile) {
-        if let Some(color) = &file.scene.background {
-            if parse_color(color).is_none() {
-                let path = Path::default().key("scene").key("background");
-                self.fault(&path, format!("is {color:?}, but must be a colour like \"#F4F4F0\""), None);
-            }
-        }
     }
 
     fn camera(&mut self, file: &SceneFile) {

@@ -1,0 +1,206 @@
+//! Scenes through the program itself: the reference is up to date, all scenes are sound, bad input ends with code 2 and
+//! one clear error, and nothing is left half written.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+    sync::OnceLock,
+};
+
+use reef_tests::artifacts::{artifacts, workspace};
+use tempfile::TempDir;
+
+/// The program beside all plugins of the workspace.
+fn installed() -> &'static TempDir {
+    static INSTALLED: OnceLock<TempDir> = OnceLock::new();
+    INSTALLED.get_or_init(|| artifacts().side_by_side(&["reef_anemone"]))
+}
+
+fn reef(arguments: &[&str]) -> Output {
+    let program = installed().path().join(format!("reef{}", env::consts::EXE_SUFFIX));
+    Command::new(program)
+        .args(["--assets".as_ref(), workspace().join("assets").as_os_str()])
+        .args(arguments)
+        .env_remove("REEF_LOG")
+        .output()
+        .expect("the program runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs the program, which must end with code 2; returns what it said.
+fn refused(arguments: &[&str]) -> String {
+    let output = reef(arguments);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "reef {arguments:?} said: {told}");
+    assert!(!told.contains("panicked"), "{told}");
+    told
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let folder = workspace().join("assets/scenes");
+    let entries = fs::read_dir(folder).expect("the folder of scenes");
+    let mut scenes: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    scenes.sort();
+    scenes
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("the folder can be read");
+    entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+}
+
+#[test]
+fn the_reference_of_scenes_is_what_the_code_says() {
+    let output = reef(&["scene", "reference"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let made = text(&output.stdout);
+    let path = workspace().join("assets/scenes/README.md");
+    if env::var_os("REEF_BLESS").is_some_and(|value| value == "1") {
+        fs::write(&path, &made).expect("the reference can be written");
+    }
+    let stored = fs::read_to_string(&path).unwrap_or_default();
+    let differs = made.lines().zip(stored.lines()).position(|(made, stored)| made != stored);
+    assert!(made == stored, "assets/scenes/README.md is old (line {differs:?}): REEF_BLESS=1 cargo test -p reef-tests reference");
+}
+
+#[test]
+fn every_scene_of_the_assets_is_sound_and_steps() {
+    let scenes = scenes();
+    assert!(scenes.iter().any(|path| path.ends_with("reef.toml")));
+    for path in scenes {
+        let path = path.to_str().expect("UTF-8");
+        let output = reef(&["scene", "check", path]);
+        assert!(output.status.success(), "{path}: {}", text(&output.stderr));
+        let output = reef(&["sim", path, "--steps", "3", "--json"]);
+        assert!(output.status.success(), "{path}: {}", text(&output.stderr));
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(answer["messages"], serde_json::json!([]), "{path}");
+    }
+}
+
+#[test]
+fn the_schema_of_scenes_knows_every_plugin() {
+    let output = reef(&["scene", "schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let modules = schema.pointer("/properties/modules/additionalProperties/anyOf").and_then(|list| list.as_array());
+    let ids: Vec<_> = modules.expect("a choice of plugins").iter().map(|m| m["properties"]["use"]["const"].clone()).collect();
+    assert!(ids.contains(&"reef.anemone".into()), "{ids:?}");
+    // Every reference leads somewhere.
+    fn visit(root: &serde_json::Value, value: &serde_json::Value) {
+        match value {
+            serde_json::Value::Object(table) => {
+                if let Some(target) = table.get("$ref").and_then(|target| target.as_str()) {
+                    let pointer = target.strip_prefix('#').expect("a local reference");
+                    assert!(root.pointer(pointer).is_some(), "{target} leads nowhere");
+                }
+                table.values().for_each(|inner| visit(root, inner));
+            }
+            serde_json::Value::Array(list) => list.iter().for_each(|inner| visit(root, inner)),
+            _ => {}
+        }
+    }
+    visit(&schema, &schema);
+}
+
+#[test]
+fn bad_scenes_end_with_code_two_and_the_place_of_the_fault() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let put = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("a file");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let unknown = put("unknown.toml", b"[scene]\nsed = 1\n");
+    let told = refused(&["sim", &unknown, "--steps", "1"]);
+    assert!(told.contains(&format!("{unknown}:2:1: scene.sed: is not known; allowed here: name, description, seed, dt")), "{told}");
+    assert!(told.contains("did you mean `seed`?"), "{told}");
+    for (name, bytes, wanted) in [
+        ("empty.toml", b"".as_slice(), "the scene file is empty"),
+        ("latin.toml", b"[scene]\nname = \"\xe9\"\n", "is not UTF-8 text"),
+        ("binary.toml", b"\x00\x01\x02", "this is not TOML"),
+        ("nan.toml", b"[camera]\nfov = nan\n", ":2:7: camera.fov: nan is not a finite number"),
+        ("infinite.toml", b"[water]\ndepth = inf\n", ":2:9: water.depth: inf is not a finite number"),
+        ("type.toml", b"[scene]\ndt = true\n", ":2:6: scene.dt: is a switch (true or false), but must be a number"),
+        ("count.toml", b"[terrain.rocks]\ncount = 1000000000\n", "from 0 to 10000"),
+        ("plugin.toml", b"[modules.a]\nuse = 'reef.anemona'\n", "reef.anemone"),
+        (
+            "species.toml",
+            b"[modules.a]\nuse = 'reef.anemone'\nanemones = [{ species = 'nobody' }]\n",
+            "there is no species \"nobody\"",
+        ),
+        (
+            "cycle.toml",
+            b"[modules.a]\nuse = 'reef.anemone'\nanemones = [{ species = 'x' }]\n[species.x]\nbase = 'y'\n[species.y]\nbase = 'x'\n",
+            "this species builds on itself: x \xe2\x86\x92 y \xe2\x86\x92 x",
+        ),
+    ]
+    .map(|(name, bytes, wanted): (&str, &[u8], &str)| (name, bytes, wanted.to_owned()))
+    {
+        let path = put(name, bytes);
+        let told = refused(&["sim", &path, "--steps", "1"]);
+        assert!(told.contains(&wanted), "{name}: {told}");
+    }
+    let large = folder.path().join("large.toml");
+    fs::File::create(&large).and_then(|file| file.set_len(100 << 20)).expect("a sparse file");
+    let told = refused(&["sim", large.to_str().expect("UTF-8"), "--steps", "1"]);
+    assert!(told.contains("has 100.0 MiB; the limit is 4 MiB"), "{told}");
+    assert!(refused(&["sim", "no-such-scene", "--steps", "1"]).contains("there is no such scene file"));
+    assert!(refused(&["scene", "check", &unknown]).contains("scene.sed"));
+}
+
+#[test]
+fn bad_flags_and_files_beside_the_scene_end_with_code_two() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let junk = file("junk");
+    fs::write(&junk, b"junk").expect("a file");
+    let sim = |more: &[&str]| {
+        let mut arguments = vec!["sim", "reef", "--steps", "2"];
+        arguments.extend_from_slice(more);
+        refused(&arguments)
+    };
+    assert!(sim(&["--load-state", &junk]).contains("this is no saved sea"));
+    assert!(sim(&["--load-state", &file("missing")]).contains("missing"));
+    assert!(sim(&["--replay", &junk]).contains("this is no journal's first line"));
+    assert!(sim(&["--plugin-dir", &file("missing")]).contains("there is no such folder"));
+    assert!(sim(&["--workers", "0"]).contains("a whole number from 1 to"));
+    assert!(sim(&["--record", &file("r.csv"), "--every", "0"]).contains("--every"));
+    assert!(sim(&["--record", &file("r.csv"), "--stream", "fibres"]).contains("fibre"));
+    assert!(sim(&["--record", &file("r.csv"), "--plugin", "nobody"]).contains("this scene has no such plugin"));
+    for flag in ["--record", "--save-state", "--journal"] {
+        let told = sim(&[flag, &file("no/such/folder/out")]);
+        assert!(told.contains("cannot be written: there is no folder"), "{flag}: {told}");
+    }
+    assert!(refused(&["sim", "reef"]).contains("--steps"));
+    assert_eq!(names(folder.path()), ["junk"], "nothing half written is left");
+}
+
+#[test]
+fn saves_recordings_and_journals_of_the_program_fit_together() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (state, csv, journal) = (file("state"), file("out.csv"), file("journal"));
+    let last = |arguments: &[&str]| {
+        let output = reef(arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let told = text(&output.stdout);
+        told.lines().last().expect("a hash").to_owned()
+    };
+    let whole = last(&["sim", "reef", "--steps", "20", "--hash", "--workers", "1", "--journal", &journal]);
+    assert!(whole.starts_with("hash ") && whole.len() == 5 + 64, "{whole}");
+    last(&["sim", "reef", "--steps", "8", "--save-state", &state, "--workers", "2"]);
+    assert_eq!(last(&["sim", "reef", "--steps", "12", "--hash", "--load-state", &state]), whole);
+    assert_eq!(last(&["sim", "reef", "--steps", "20", "--hash", "--replay", &journal, "--workers", "2"]), whole);
+    last(&["sim", "reef", "--steps", "6", "--record", &csv, "--every", "3"]);
+    let csv = fs::read_to_string(csv).expect("the recording");
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("step,time,plugin,stream,object,node,x,y,z,radius"));
+    let mut steps: Vec<&str> = lines.map(|line| line.split(',').next().unwrap_or_default()).collect();
+    steps.dedup();
+    assert_eq!(steps, ["0", "3", "6"]);
+}
