@@ -112,10 +112,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
                 }
             }
         }
-        if let Some(out) = &mut recording {
-            if world.clock().step % args.every == 0 {
-                record::write(&world, &filter, out).map_err(|error| Failure::input(out.error(&error)))?;
-            }
+        if let Some(out) = &mut recording
+            && world.clock().step % args.every == 0
+        {
+            record::write(&world, &filter, out).map_err(|error| Failure::input(out.error(&error)))?;
         }
         bar.inc(1);
     }

@@ -365,13 +365,13 @@ impl World {
             ));
         }
         for entry in &journal.entries {
-            if let Input::Param(param) = &entry.input {
-                if !self.members.iter().any(|member| member.name == param.module) {
-                    return Err(format!(
-                        "the journal names the module {:?}, which this scene has not",
-                        param.module
-                    ));
-                }
+            if let Input::Param(param) = &entry.input
+                && !self.members.iter().any(|member| member.name == param.module)
+            {
+                return Err(format!(
+                    "the journal names the module {:?}, which this scene has not",
+                    param.module
+                ));
             }
         }
         let now = self.clock.step;
@@ -387,11 +387,11 @@ impl World {
         self.run(self.clock.dt);
         self.step_seconds = began.elapsed().as_secs_f64();
         self.journal.end = self.clock.step;
-        if self.clock.step % JOURNAL_STEPS == 0 {
-            if let Err(error) = self.flush_journal() {
-                self.tell("", error.to_string());
-                self.journal_path = None;
-            }
+        if self.clock.step.is_multiple_of(JOURNAL_STEPS)
+            && let Err(error) = self.flush_journal()
+        {
+            self.tell("", error.to_string());
+            self.journal_path = None;
         }
     }
 

@@ -57,10 +57,10 @@ impl<'a> Checker<'a> {
             }
             return;
         };
-        if let Some(target) = rules.get("$ref").and_then(Json::as_str) {
-            if let Some(target) = resolve(self.root, target) {
-                self.value(target, node, place.clone(), path, depth + 1);
-            }
+        if let Some(target) = rules.get("$ref").and_then(Json::as_str)
+            && let Some(target) = resolve(self.root, target)
+        {
+            self.value(target, node, place.clone(), path, depth + 1);
         }
         if let Some(Json::Array(parts)) = rules.get("allOf") {
             for part in parts {
@@ -140,11 +140,11 @@ impl<'a> Checker<'a> {
     }
 
     fn number(&mut self, schema: &Json, value: f64, place: &Span, path: &Path) {
-        if let Some(bounds) = Bounds::of(schema) {
-            if !bounds.contain(value) {
-                let problem = format!("is {value}, but must be {}", describe(self.root, schema));
-                self.fault(place.clone(), path, problem, None);
-            }
+        if let Some(bounds) = Bounds::of(schema)
+            && !bounds.contain(value)
+        {
+            let problem = format!("is {value}, but must be {}", describe(self.root, schema));
+            self.fault(place.clone(), path, problem, None);
         }
     }
 

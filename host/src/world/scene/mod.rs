@@ -152,25 +152,25 @@ impl Module {
 
     /// What the plugin's `create` said about its configuration (`anemones[3].species: …`), at the place in the file.
     pub fn create_error(&self, message: &str) -> SceneError {
-        if let Some((path, problem)) = message.split_once(": ") {
-            if let Some(path) = Path::parse(path.trim_start_matches("config.")) {
-                let in_species = match path.0.as_slice() {
-                    [document::Segment::Key(top), document::Segment::Key(name), rest @ ..]
-                        if top == "species" =>
-                    {
-                        self.species.get(name).map(|species| (species, Path(rest.to_vec())))
-                    }
-                    _ => None,
-                };
-                if let Some((species, rest)) = in_species {
-                    return species.error(&rest, problem.to_owned());
+        if let Some((path, problem)) = message.split_once(": ")
+            && let Some(path) = Path::parse(path.trim_start_matches("config."))
+        {
+            let in_species = match path.0.as_slice() {
+                [document::Segment::Key(top), document::Segment::Key(name), rest @ ..]
+                    if top == "species" =>
+                {
+                    self.species.get(name).map(|species| (species, Path(rest.to_vec())))
                 }
-                if !path.0.is_empty() && self.node.has(&Path(path.0[..1].to_vec())) {
-                    let span = self.node.locate(&path);
-                    let fault =
-                        Fault { span, path: self.key.join(&path), problem: problem.to_owned(), help: None };
-                    return SceneError::at(&self.source, fault);
-                }
+                _ => None,
+            };
+            if let Some((species, rest)) = in_species {
+                return species.error(&rest, problem.to_owned());
+            }
+            if !path.0.is_empty() && self.node.has(&Path(path.0[..1].to_vec())) {
+                let span = self.node.locate(&path);
+                let fault =
+                    Fault { span, path: self.key.join(&path), problem: problem.to_owned(), help: None };
+                return SceneError::at(&self.source, fault);
             }
         }
         let problem = format!("the plugin {:?} refused: {message}", self.plugin);
@@ -270,10 +270,9 @@ fn module(
         let found = library.resolve(&mention)?;
         if let Some((root, schema)) =
             info.config_schema.as_ref().and_then(|root| Some((root, species_schema(root)?)))
+            && let Some(error) = check_species(root, schema, &found)
         {
-            if let Some(error) = check_species(root, schema, &found) {
-                return Err(error);
-            }
+            return Err(error);
         }
         species.insert(mention.name, found);
     }

@@ -57,10 +57,9 @@ impl Whole<'_> {
         }
         if let (None, Keyed::Fixed(eye), Keyed::Fixed(target)) =
             (&camera.orbit, &camera.position, &camera.look_at)
+            && eye == target
         {
-            if eye == target {
-                self.fault(&path.key("look_at"), "must not be the camera's own position", None);
-            }
+            self.fault(&path.key("look_at"), "must not be the camera's own position", None);
         }
     }
 
@@ -125,15 +124,15 @@ impl Whole<'_> {
                     &flow.attach
                 }
             };
-            if let Some(attach) = attach {
-                if !file.modules.contains_key(&attach.module) {
-                    let names: Vec<&str> = file.modules.keys().map(String::as_str).collect();
-                    let help = nearest(&attach.module, names.iter().copied()).map(did_you_mean);
-                    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-                    let problem =
-                        format!("there is no module {:?} in this scene; there are: {known}", attach.module);
-                    self.fault(&path.key("attach").key("module"), problem, help);
-                }
+            if let Some(attach) = attach
+                && !file.modules.contains_key(&attach.module)
+            {
+                let names: Vec<&str> = file.modules.keys().map(String::as_str).collect();
+                let help = nearest(&attach.module, names.iter().copied()).map(did_you_mean);
+                let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                let problem =
+                    format!("there is no module {:?} in this scene; there are: {known}", attach.module);
+                self.fault(&path.key("attach").key("module"), problem, help);
             }
         }
     }
