@@ -1,5 +1,5 @@
 //! The sea's flow field: sources, holes, whirlwinds, directional fields (Aliaga & Larboulette 2009, §2) and shelters,
-//! evaluated eight points at a time, shared by all models.
+//! evaluated eight or sixteen points at a time, shared by all models.
 //!
 //! The way of a step: the host hands every plugin one list of [`reef_abi::Flow`] elements. A model puts it into a
 //! [`Field`] once (a grid over what reaches only so far), then asks for one [`Packed`] form an object: positions
@@ -22,5 +22,5 @@ pub mod simd;
 pub use fearless_simd;
 pub use field::{Field, Sphere};
 pub use keyframe::{Interpolation, Key, Track};
-pub use packed::{Packed, velocity8};
+pub use packed::{Packed, velocity8, velocity16};
 pub use simd::Level;

@@ -1,9 +1,9 @@
 //! Sine, cosine and exponential, eight lanes wide, the same bytes at every level. The coefficients are least-maximum
 //! fits on the reduced ranges; the tests hold them against f64.
 
-use fearless_simd::{Select, Simd, f32x8, i32x8, prelude::*};
+use fearless_simd::{Select, Simd, prelude::*};
 
-use crate::simd::{clamp, mul_add, neg_mul_add, splat};
+use crate::simd::{Lanes, clamp, mul_add, neg_mul_add};
 
 /// π/2 in three parts, the first two short enough that a product with a small integer is exact or nearly so.
 const HALF_PI: [f32; 3] = [1.570_796_4, -4.371_138_8e-8, -1.715_124_5e-15];
@@ -13,27 +13,27 @@ const COS: [f32; 3] = [4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5];
 /// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞ or NaN) the result
 /// stays defined but loses meaning: who has larger phases reduces them in f64 first ([`reduce_phase`]).
 #[inline(always)]
-pub fn sin_cos<S: Simd>(x: f32x8<S>) -> (f32x8<S>, f32x8<S>) {
-    let simd = x.simd;
+pub fn sin_cos<S: Simd, V: Lanes<S>>(x: V) -> (V, V) {
+    let simd = x.token();
     // The quadrant, and what is left of the angle: within ±π/4.
-    let n = (x * splat(simd, core::f32::consts::FRAC_2_PI)).round_ties_even();
-    let n = clamp(n, splat(simd, -4_194_304.0), splat(simd, 4_194_304.0));
-    let mut r = neg_mul_add(n, splat(simd, HALF_PI[0]), x);
-    r = neg_mul_add(n, splat(simd, HALF_PI[1]), r);
-    r = neg_mul_add(n, splat(simd, HALF_PI[2]), r);
+    let n = (x * V::splat(simd, core::f32::consts::FRAC_2_PI)).round_ties_even();
+    let n = clamp(n, V::splat(simd, -4_194_304.0), V::splat(simd, 4_194_304.0));
+    let mut r = neg_mul_add(n, V::splat(simd, HALF_PI[0]), x);
+    r = neg_mul_add(n, V::splat(simd, HALF_PI[1]), r);
+    r = neg_mul_add(n, V::splat(simd, HALF_PI[2]), r);
     let r2 = r * r;
-    let s = mul_add(splat(simd, SIN[2]), r2, splat(simd, SIN[1]));
-    let s = mul_add(s, r2, splat(simd, SIN[0]));
+    let s = mul_add(V::splat(simd, SIN[2]), r2, V::splat(simd, SIN[1]));
+    let s = mul_add(s, r2, V::splat(simd, SIN[0]));
     let s = mul_add(s * r2, r, r);
-    let c = mul_add(splat(simd, COS[2]), r2, splat(simd, COS[1]));
-    let c = mul_add(c, r2, splat(simd, COS[0]));
-    let c = mul_add(c * r2, r2, mul_add(splat(simd, -0.5), r2, splat(simd, 1.0)));
+    let c = mul_add(V::splat(simd, COS[2]), r2, V::splat(simd, COS[1]));
+    let c = mul_add(c, r2, V::splat(simd, COS[0]));
+    let c = mul_add(c * r2, r2, mul_add(V::splat(simd, -0.5), r2, V::splat(simd, 1.0)));
     // Quadrants 1 and 3 swap the two; signs turn in quadrants 2, 3 (sine) and 1, 2 (cosine).
-    let quadrant: i32x8<S> = n.to_int();
-    let one = i32x8::splat(simd, 1);
+    let quadrant: V::Int = n.to_int();
+    let one = V::Int::splat(simd, 1);
     let odd = (quadrant & one).simd_eq(one);
-    let sine_sign: f32x8<S> = ((quadrant << 30) & i32x8::splat(simd, i32::MIN)).bitcast();
-    let cosine_sign: f32x8<S> = (((quadrant + one) << 30) & i32x8::splat(simd, i32::MIN)).bitcast();
+    let sine_sign: V = ((quadrant << 30) & V::Int::splat(simd, i32::MIN)).bitcast();
+    let cosine_sign: V = (((quadrant + one) << 30) & V::Int::splat(simd, i32::MIN)).bitcast();
     let sine = flip(odd.select(c, s), sine_sign);
     let cosine = flip(odd.select(s, c), cosine_sign);
     (sine, cosine)
@@ -41,13 +41,13 @@ pub fn sin_cos<S: Simd>(x: f32x8<S>) -> (f32x8<S>, f32x8<S>) {
 
 /// Turns the sign where `sign` holds only a sign bit.
 #[inline(always)]
-fn flip<S: Simd>(value: f32x8<S>, sign: f32x8<S>) -> f32x8<S> {
-    (value.bitcast::<i32x8<S>>() ^ sign.bitcast::<i32x8<S>>()).bitcast()
+fn flip<S: Simd, V: Lanes<S>>(value: V, sign: V) -> V {
+    (value.bitcast::<V::Int>() ^ sign.bitcast::<V::Int>()).bitcast()
 }
 
 /// Sine of each lane [rad]; see [`sin_cos`].
 #[inline(always)]
-pub fn sin<S: Simd>(x: f32x8<S>) -> f32x8<S> {
+pub fn sin<S: Simd, V: Lanes<S>>(x: V) -> V {
     sin_cos(x).0
 }
 
@@ -57,24 +57,24 @@ const EXP: [f32; 5] = [1.666_666_6e-1, 4.166_579_6e-2, 8.333_452e-3, 1.398_200_0
 /// e to the power of each lane. Relative error ≤ 2e-7 for −87 ≤ x ≤ 88; what lies outside is taken at the range's ends,
 /// so that the result stays finite and above zero.
 #[inline(always)]
-pub fn exp<S: Simd>(x: f32x8<S>) -> f32x8<S> {
-    let simd = x.simd;
-    let x = clamp(x, splat(simd, -87.0), splat(simd, 88.0));
-    let n = (x * splat(simd, core::f32::consts::LOG2_E)).round_ties_even();
-    let r = neg_mul_add(n, splat(simd, LN2[0]), x);
-    let r = neg_mul_add(n, splat(simd, LN2[1]), r);
-    let p = mul_add(splat(simd, EXP[4]), r, splat(simd, EXP[3]));
-    let p = mul_add(p, r, splat(simd, EXP[2]));
-    let p = mul_add(p, r, splat(simd, EXP[1]));
-    let p = mul_add(p, r, splat(simd, EXP[0]));
-    let p = mul_add(p, r, splat(simd, 0.5));
-    let p = mul_add(p * r, r, r) + splat(simd, 1.0);
-    let n: i32x8<S> = n.to_int();
+pub fn exp<S: Simd, V: Lanes<S>>(x: V) -> V {
+    let simd = x.token();
+    let x = clamp(x, V::splat(simd, -87.0), V::splat(simd, 88.0));
+    let n = (x * V::splat(simd, core::f32::consts::LOG2_E)).round_ties_even();
+    let r = neg_mul_add(n, V::splat(simd, LN2[0]), x);
+    let r = neg_mul_add(n, V::splat(simd, LN2[1]), r);
+    let p = mul_add(V::splat(simd, EXP[4]), r, V::splat(simd, EXP[3]));
+    let p = mul_add(p, r, V::splat(simd, EXP[2]));
+    let p = mul_add(p, r, V::splat(simd, EXP[1]));
+    let p = mul_add(p, r, V::splat(simd, EXP[0]));
+    let p = mul_add(p, r, V::splat(simd, 0.5));
+    let p = mul_add(p * r, r, r) + V::splat(simd, 1.0);
+    let n: V::Int = n.to_int();
     // 2^127 · 2 for the top of the range: the exponent is added in two halves.
     let half = n >> 1;
-    let bias = i32x8::splat(simd, 127);
-    let a: f32x8<S> = ((half + bias) << 23).bitcast();
-    let b: f32x8<S> = ((n - half + bias) << 23).bitcast();
+    let bias = V::Int::splat(simd, 127);
+    let a: V = ((half + bias) << 23).bitcast();
+    let b: V = ((n - half + bias) << 23).bitcast();
     p * a * b
 }
 
@@ -93,6 +93,8 @@ pub fn sin_f64(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fearless_simd::f32x8;
+
     use crate::Level;
 
     fn eight(level: Level, values: [f32; 8]) -> [[f32; 8]; 3] {

@@ -14,13 +14,13 @@
 //! Where the direction is undefined the contribution is the zero vector: at C, and for a whirlwind within
 //! [`AXIS_CONE`] of its axis. Without a core the length just beside it is Φ_max.
 
-use fearless_simd::{Select, Simd, f32x8, prelude::*};
+use fearless_simd::{Select, Simd, f32x8, f32x16};
 use reef_abi::{self as abi, Flow};
 
 use crate::{
     field::{Field, Sphere},
     math,
-    simd::{mul_add, splat},
+    simd::{Lanes, mul_add},
 };
 
 /// A whirlwind's axis is as wide as this [rad, seen from C]: nearer to it the direction of (p − C) × R is rounding.
@@ -313,7 +313,24 @@ impl Shell {
 /// last. The result is the same bytes at every level.
 #[inline(always)]
 pub fn velocity8<S: Simd>(simd: S, packed: &Packed, x: f32x8<S>, y: f32x8<S>, z: f32x8<S>) -> [f32x8<S>; 3] {
-    let mut v = packed.base.map(|b| splat(simd, b));
+    velocity(simd, packed, x, y, z)
+}
+
+/// As [`velocity8`], at sixteen points: the same bytes.
+#[inline(always)]
+pub fn velocity16<S: Simd>(
+    simd: S,
+    packed: &Packed,
+    x: f32x16<S>,
+    y: f32x16<S>,
+    z: f32x16<S>,
+) -> [f32x16<S>; 3] {
+    velocity(simd, packed, x, y, z)
+}
+
+#[inline(always)]
+fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> [V; 3] {
+    let mut v = packed.base.map(|b| V::splat(simd, b));
     for field in &packed.varying {
         v = add_varying(simd, field, [x, y, z], v);
     }
@@ -325,18 +342,18 @@ pub fn velocity8<S: Simd>(simd: S, packed: &Packed, x: f32x8<S>, y: f32x8<S>, z:
     for whirlwind in &packed.whirlwinds {
         let local = &whirlwind.local;
         let (d, d2) = from_center(simd, local.center, [x, y, z]);
-        let axis = whirlwind.axis.map(|a| splat(simd, a));
+        let axis = whirlwind.axis.map(|a| V::splat(simd, a));
         let w = cross(d, axis);
         let w2 = length2(w);
         let speed = intensity(simd, local, d2, w2);
-        let on_axis = w2.simd_le(d2 * splat(simd, AXIS_CONE * AXIS_CONE));
-        let speed = on_axis.select(splat(simd, 0.0), speed);
+        let on_axis = w2.simd_le(d2 * V::splat(simd, AXIS_CONE * AXIS_CONE));
+        let speed = on_axis.select(V::splat(simd, 0.0), speed);
         v = add_scaled(v, speed, w);
     }
     for shelter in &packed.shelters {
         let (_, d2) = from_center(simd, shelter.center, [x, y, z]);
         let fade = fade(simd, shelter.reach2, shelter.inv_shell, d2);
-        let factor = mul_add(splat(simd, -shelter.strength), fade, splat(simd, 1.0));
+        let factor = mul_add(V::splat(simd, -shelter.strength), fade, V::splat(simd, 1.0));
         v = v.map(|v| v * factor);
     }
     v
@@ -344,24 +361,28 @@ pub fn velocity8<S: Simd>(simd: S, packed: &Packed, x: f32x8<S>, y: f32x8<S>, z:
 
 /// v + speed · d, rounded twice on purpose: fused, two equal sources would leave a rounding behind at their midpoint.
 #[inline(always)]
-fn add_scaled<S: Simd>(v: [f32x8<S>; 3], speed: f32x8<S>, d: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+fn add_scaled<S: Simd, V: Lanes<S>>(v: [V; 3], speed: V, d: [V; 3]) -> [V; 3] {
     [v[0] + speed * d[0], v[1] + speed * d[1], v[2] + speed * d[2]]
 }
 
 /// p − C and its square.
 #[inline(always)]
-fn from_center<S: Simd>(simd: S, center: [f32; 3], p: [f32x8<S>; 3]) -> ([f32x8<S>; 3], f32x8<S>) {
-    let d = [p[0] - splat(simd, center[0]), p[1] - splat(simd, center[1]), p[2] - splat(simd, center[2])];
+fn from_center<S: Simd, V: Lanes<S>>(simd: S, center: [f32; 3], p: [V; 3]) -> ([V; 3], V) {
+    let d = [
+        p[0] - V::splat(simd, center[0]),
+        p[1] - V::splat(simd, center[1]),
+        p[2] - V::splat(simd, center[2]),
+    ];
     (d, length2(d))
 }
 
 #[inline(always)]
-fn length2<S: Simd>(d: [f32x8<S>; 3]) -> f32x8<S> {
+fn length2<S: Simd, V: Lanes<S>>(d: [V; 3]) -> V {
     mul_add(d[2], d[2], mul_add(d[1], d[1], d[0] * d[0]))
 }
 
 #[inline(always)]
-fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+fn cross<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [
         mul_add(a[1], b[2], -(a[2] * b[1])),
         mul_add(a[2], b[0], -(a[0] * b[2])),
@@ -371,10 +392,10 @@ fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
 
 /// Φ / ((|Φ|/Φ_max + d²) √(l² + core²)): times a vector of square l² it is the field. One root and one division in all.
 #[inline(always)]
-fn intensity<S: Simd>(simd: S, local: &Local, d2: f32x8<S>, l2: f32x8<S>) -> f32x8<S> {
-    let length = (l2 + splat(simd, local.core2)).sqrt();
-    let below = (d2 + splat(simd, local.softening)) * length;
-    let mut strength = splat(simd, local.strength);
+fn intensity<S: Simd, V: Lanes<S>>(simd: S, local: &Local, d2: V, l2: V) -> V {
+    let length = (l2 + V::splat(simd, local.core2)).sqrt();
+    let below = (d2 + V::splat(simd, local.softening)) * length;
+    let mut strength = V::splat(simd, local.strength);
     if local.inv_shell != 0.0 {
         strength = strength * fade(simd, local.reach2, local.inv_shell, d2);
     }
@@ -383,27 +404,27 @@ fn intensity<S: Simd>(simd: S, local: &Local, d2: f32x8<S>, l2: f32x8<S>) -> f32
 
 /// 1 inside of the shell, 0 outside, u² (3 − 2u) in it.
 #[inline(always)]
-fn fade<S: Simd>(simd: S, reach2: f32, inv_shell: f32, d2: f32x8<S>) -> f32x8<S> {
+fn fade<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
     if inv_shell == 0.0 {
-        return splat(simd, 1.0);
+        return V::splat(simd, 1.0);
     }
-    let u = (splat(simd, reach2) - d2) * splat(simd, inv_shell);
-    let u = u.max(splat(simd, 0.0)).min(splat(simd, 1.0));
-    u * u * mul_add(u, splat(simd, -2.0), splat(simd, 3.0))
+    let u = (V::splat(simd, reach2) - d2) * V::splat(simd, inv_shell);
+    let u = u.max(V::splat(simd, 0.0)).min(V::splat(simd, 1.0));
+    u * u * mul_add(u, V::splat(simd, -2.0), V::splat(simd, 3.0))
 }
 
 /// A directional field (5) that travels or grows with height.
 #[inline(always)]
-fn add_varying<S: Simd>(simd: S, field: &Varying, p: [f32x8<S>; 3], v: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+fn add_varying<S: Simd, V: Lanes<S>>(simd: S, field: &Varying, p: [V; 3], v: [V; 3]) -> [V; 3] {
     let mut factor =
-        mul_add(splat(simd, field.gradient), p[1], splat(simd, field.height)).max(splat(simd, 0.0));
+        mul_add(V::splat(simd, field.gradient), p[1], V::splat(simd, field.height)).max(V::splat(simd, 0.0));
     if field.modulation != 0.0 {
-        let k = field.wave_vector.map(|k| splat(simd, k));
-        let phase = mul_add(k[0], p[0], splat(simd, field.phase));
+        let k = field.wave_vector.map(|k| V::splat(simd, k));
+        let phase = mul_add(k[0], p[0], V::splat(simd, field.phase));
         let phase = mul_add(k[2], p[2], mul_add(k[1], p[1], phase));
-        let m = splat(simd, field.modulation);
-        factor = factor * mul_add(m, math::sin(phase), splat(simd, 1.0) - m);
+        let m = V::splat(simd, field.modulation);
+        factor = factor * mul_add(m, math::sin(phase), V::splat(simd, 1.0) - m);
     }
     let [vx, vy, vz] = field.velocity;
-    add_scaled(v, factor, [splat(simd, vx), splat(simd, vy), splat(simd, vz)])
+    add_scaled(v, factor, [V::splat(simd, vx), V::splat(simd, vy), V::splat(simd, vz)])
 }

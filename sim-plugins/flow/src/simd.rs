@@ -5,7 +5,7 @@
 //! use [`mul_add`] (one rounding everywhere; in software below AVX2, and slow there), `sqrt` and `/`, which are exact,
 //! and no estimates.
 
-use fearless_simd::{Simd, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f32x16, i32x8, i32x16, prelude::*};
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug)]
@@ -157,19 +157,45 @@ macro_rules! dispatch {
     }};
 }
 
+/// Eight or sixteen lanes of f32. Sixteen are two registers below AVX-512: twice the independent work for a kernel whose
+/// equations wait for one another.
+pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {
+    /// As many lanes of i32.
+    type Int: SimdInt<S, Element = i32, Mask = Self::Mask, ByteVector = Self::ByteVector>
+        + SimdCvtTruncate<Self>;
+
+    /// `self · b + c`, rounded once, where the level has no instruction for it.
+    fn soft_mul_add(self, b: Self, c: Self) -> Self;
+}
+
+impl<S: Simd> Lanes<S> for f32x8<S> {
+    type Int = i32x8<S>;
+
+    #[inline(always)]
+    fn soft_mul_add(self, b: Self, c: Self) -> Self {
+        f32x8::simd_from(self.simd, soft_mul_add(&self.into(), &b.into(), &c.into()))
+    }
+}
+
+impl<S: Simd> Lanes<S> for f32x16<S> {
+    type Int = i32x16<S>;
+
+    #[inline(always)]
+    fn soft_mul_add(self, b: Self, c: Self) -> Self {
+        let ((a0, a1), (b0, b1), (c0, c1)) = (self.split(), b.split(), c.split());
+        a0.soft_mul_add(b0, c0).combine(a1.soft_mul_add(b1, c1))
+    }
+}
+
 /// `a · b + c` with one rounding, at every level.
 #[inline(always)]
-pub fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
-    if fuses(a.simd) {
-        a.mul_add(b, c)
-    } else {
-        f32x8::simd_from(a.simd, soft_mul_add(&a.into(), &b.into(), &c.into()))
-    }
+pub fn mul_add<S: Simd, V: Lanes<S>>(a: V, b: V, c: V) -> V {
+    if fuses(a.token()) { a.mul_add(b, c) } else { a.soft_mul_add(b, c) }
 }
 
 /// `c − a · b` with one rounding, at every level.
 #[inline(always)]
-pub fn neg_mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
+pub fn neg_mul_add<S: Simd, V: Lanes<S>>(a: V, b: V, c: V) -> V {
     mul_add(-a, b, c)
 }
 
@@ -221,9 +247,15 @@ pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
     f32x8::splat(simd, value)
 }
 
+/// Sixteen equal lanes.
+#[inline(always)]
+pub fn splat16<S: Simd>(simd: S, value: f32) -> f32x16<S> {
+    f32x16::splat(simd, value)
+}
+
 /// Each lane between `low` and `high`.
 #[inline(always)]
-pub fn clamp<S: Simd>(value: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
+pub fn clamp<S: Simd, V: Lanes<S>>(value: V, low: V, high: V) -> V {
     value.max(low).min(high)
 }
 

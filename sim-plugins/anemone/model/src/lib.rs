@@ -12,6 +12,7 @@
 //!
 //! Units are metres, seconds, kilograms and radians unless a name says otherwise.
 
+pub mod bare;
 pub mod bed;
 pub mod config;
 mod debug;

@@ -1,0 +1,84 @@
+//! `reef bench`: the measured figures of this machine, one bench a file. Figures with a bar fail the command when they
+//! miss it; what is compared is always a ratio of two things measured in the same run.
+
+pub mod allocations;
+mod fibre;
+pub mod measure;
+pub mod report;
+
+use report::Report;
+use serde_json::json;
+
+use crate::{
+    cli::Common,
+    failure::{Failure, Outcome},
+    open::say,
+};
+
+/// Options of `reef bench`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Which bench; all without a name.
+    pub name: Option<String>,
+}
+
+/// A bench: its name, what it is about, and its code.
+struct Bench {
+    name: &'static str,
+    about: &'static str,
+    run: fn(&Common) -> Result<Report, Failure>,
+}
+
+const BENCHES: &[Bench] = &[Bench {
+    name: "fibre",
+    about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
+    run: fibre::run,
+}];
+
+/// Measures and prints. A bar that was missed ends it with exit code 1, after all benches ran.
+pub fn run(common: &Common, args: &Args) -> Outcome {
+    let chosen: Vec<&Bench> = match &args.name {
+        None => BENCHES.iter().collect(),
+        Some(name) => vec![find(name)?],
+    };
+    let mut reports = Vec::new();
+    for bench in chosen {
+        let report = (bench.run)(common)?;
+        if !common.json {
+            say(report.table(bench.name, bench.about));
+        }
+        reports.push((bench.name, report));
+    }
+    let missed: Vec<String> = reports
+        .iter()
+        .flat_map(|(name, report)| report.missed().map(move |figure| format!("{name}: {figure}")))
+        .collect();
+    if common.json {
+        let benches: Vec<_> = reports.iter().map(|(name, report)| report.json(name)).collect();
+        say(json!({ "benches": benches, "pass": missed.is_empty() }));
+    }
+    if missed.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::check(miette::miette!("missed: {}", missed.join("; "))))
+}
+
+fn find(name: &str) -> Result<&'static Bench, Failure> {
+    BENCHES.iter().find(|bench| bench.name == name).ok_or_else(|| {
+        let names: Vec<&str> = BENCHES.iter().map(|bench| bench.name).collect();
+        Failure::input(miette::miette!("there is no bench {name:?}; there are: {}", names.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_bench_is_refused_with_the_names_of_all() {
+        let args = Args { name: Some("fiber".into()) };
+        let failure = run(&Common::default(), &args).expect_err("no such bench");
+        assert_eq!(failure.code, 2);
+        assert!(failure.to_string().contains("fibre"), "{failure}");
+    }
+}
