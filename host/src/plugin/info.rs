@@ -144,7 +144,7 @@ pub(crate) unsafe fn read(
     path: Option<PathBuf>,
     contract: String,
 ) -> Result<PluginInfo, String> {
-    // SAFETY (this and all below): the caller's promise.
+    // SAFETY: the caller's promise.
     let text = |what, pointer| unsafe { string(what, pointer, LONGEST) };
     let id = text("id", descriptor.id)?;
     let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '.' | '_' | '-');
@@ -178,8 +178,10 @@ pub(crate) unsafe fn read(
         _ if descriptor.params.is_null() || !descriptor.params.is_aligned() => {
             return Err(of("its params are NULL or misaligned".into()));
         }
-        // SAFETY: the caller's promise.
-        count => unsafe { std::slice::from_raw_parts(descriptor.params, count as usize) },
+        count => {
+            // SAFETY: the caller's promise.
+            unsafe { std::slice::from_raw_parts(descriptor.params, count as usize) }
+        }
     };
     let mut read: Vec<ParamInfo> = Vec::with_capacity(params.len());
     for raw in params {

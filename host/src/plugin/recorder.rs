@@ -160,7 +160,7 @@ impl Recorder {
             abi::STREAM_ACTOR => limit::ACTORS,
             abi::STREAM_DEBUG_LINE => limit::DEBUG_LINES,
             abi::STREAM_TRACE => limit::TRACES,
-            1..abi::STREAM_COUNT => {
+            _ if (1..abi::STREAM_COUNT).contains(&stream) => {
                 let version = version_text(abi::VERSION);
                 let message = format!("stream {name}: this host (reef_sim.h {version}) does not take it");
                 return Err((abi::UNSUPPORTED, message));
@@ -168,7 +168,7 @@ impl Recorder {
             _ => return Err((abi::BAD_INPUT, format!("reserve: there is no stream {stream}"))),
         };
         let staging = Arc::get_mut(&mut self.staging)
-            .ok_or((abi::ERROR, "the host lost its output memory".to_owned()))?;
+            .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
         let lane: &mut dyn Lane = match stream {
             abi::STREAM_MATERIAL => &mut self.materials,
             _ => lane(staging, stream)

@@ -6,7 +6,7 @@ use std::{
     slice,
     sync::{
         Arc, Mutex, PoisonError, RwLock,
-        atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, AtomicUsize, Ordering},
     },
 };
 
@@ -24,6 +24,9 @@ use super::{
 /// Longest message that is kept [bytes].
 const LONGEST_TEXT: u64 = 1 << 14;
 
+/// Most lines that one instance may write to the log: one that writes in every step must not drown the others.
+const MOST_LINES: u64 = 1000;
+
 /// The services of one instance (or of a library's `open`), and what they remember.
 #[derive(Debug)]
 pub(crate) struct Services {
@@ -33,6 +36,7 @@ pub(crate) struct Services {
     plugin: String,
     pool: Arc<Pool>,
     error: Mutex<Option<String>>,
+    lines: AtomicU64,
     scratch: Mutex<Scratch>,
     in_step: AtomicBool,
     stop: AtomicBool,
@@ -83,6 +87,7 @@ impl Services {
             plugin: plugin.to_owned(),
             pool: generation.pool().clone(),
             error: Mutex::new(None),
+            lines: AtomicU64::new(0),
             scratch: Mutex::default(),
             in_step: AtomicBool::new(false),
             stop: AtomicBool::new(false),
@@ -221,8 +226,15 @@ unsafe fn text(pointer: *const c_char, length: u64) -> String {
 unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, length: u64) {
     // SAFETY: the contract's pointers.
     let (Some(services), message) = (unsafe { (services(ctx), text(message, length)) }) else { return };
+    let line = services.lines.fetch_add(1, Ordering::Relaxed);
+    if line >= MOST_LINES {
+        return;
+    }
     marker::in_service(services.generation, || {
         let plugin = services.plugin.as_str();
+        if line + 1 == MOST_LINES {
+            tracing::warn!(target: "reef::plugin", plugin, "its {MOST_LINES}th line: no more of it is shown");
+        }
         match level {
             abi::LOG_ERROR => tracing::error!(target: "reef::plugin", plugin, "{message}"),
             abi::LOG_WARN => tracing::warn!(target: "reef::plugin", plugin, "{message}"),

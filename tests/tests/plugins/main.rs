@@ -7,6 +7,7 @@ mod fresh;
 mod list;
 mod raw;
 mod repeatable;
+mod unload;
 
 use std::path::Path;
 

@@ -252,7 +252,8 @@ fn entries_that_describe_themselves_wrongly_are_refused() {
 
 #[test]
 fn parameters_that_make_no_sense_are_refused() {
-    let param = |change: fn(&mut abi::Param)| {
+    type Change = fn(&mut abi::Param);
+    let param = |change: Change| {
         let mut param = abi::Param {
             id: 1,
             kind: abi::PARAM_FLOAT,
@@ -277,7 +278,7 @@ fn parameters_that_make_no_sense_are_refused() {
         Library::from_entry(leak(entry(d)), 1).map(|_| ())
     };
     assert_eq!(param(|_| {}), Ok(()));
-    let cases: [(&str, fn(&mut abi::Param)); 6] = [
+    let cases: [(&str, Change); 6] = [
         ("its id is 0", |p| p.id = 0),
         ("its kind is 9", |p| p.kind = 9),
         ("outside of its range", |p| p.default_value = 2.0),
