@@ -231,7 +231,7 @@ impl Instance {
 
     fn conclude(&mut self, status: i32, flags: u32) -> StepReport {
         let given = self.services.take_error().or_else(|| self.recorder.take_message());
-        let reason = given.unwrap_or_else(|| "it gave no reason".into());
+        let reason = || given.unwrap_or_else(|| "it gave no reason".into());
         let report = |status, message| StepReport { status, message };
         match status {
             abi::OK => match self.recorder.finish(flags) {
@@ -242,14 +242,14 @@ impl Instance {
                 }
             },
             abi::SLEEP => report(StepStatus::Sleep, None),
-            abi::DISCARD => report(StepStatus::Discarded, Some(reason)),
+            abi::DISCARD => report(StepStatus::Discarded, Some(reason())),
             abi::ERROR | abi::NO_SPACE | abi::UNSUPPORTED | abi::BAD_INPUT | abi::BAD_STATE => {
-                let message = format!("step failed ({}): {reason}", status_name(status));
+                let message = format!("step failed ({}): {}", status_name(status), reason());
                 self.health = Health::Stopped(message.clone());
                 report(StepStatus::Failed, Some(message))
             }
             _ => {
-                let message = format!("step failed ({}): {reason}", status_name(status));
+                let message = format!("step failed ({}): {}", status_name(status), reason());
                 self.health = Health::Faulty(message.clone());
                 report(StepStatus::Failed, Some(message))
             }
