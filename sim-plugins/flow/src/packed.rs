@@ -330,7 +330,7 @@ pub fn velocity16<S: Simd>(
 
 #[inline(always)]
 fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> [V; 3] {
-    let mut v = packed.base.map(|b| V::splat(simd, b));
+    let mut v = splat3(simd, packed.base);
     for field in &packed.varying {
         v = add_varying(simd, field, [x, y, z], v);
     }
@@ -342,7 +342,7 @@ fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) ->
     for whirlwind in &packed.whirlwinds {
         let local = &whirlwind.local;
         let (d, d2) = from_center(simd, local.center, [x, y, z]);
-        let axis = whirlwind.axis.map(|a| V::splat(simd, a));
+        let axis = splat3(simd, whirlwind.axis);
         let w = cross(d, axis);
         let w2 = length2(w);
         let speed = intensity(simd, local, d2, w2);
@@ -354,9 +354,16 @@ fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) ->
         let (_, d2) = from_center(simd, shelter.center, [x, y, z]);
         let fade = fade(simd, shelter.reach2, shelter.inv_shell, d2);
         let factor = mul_add(V::splat(simd, -shelter.strength), fade, V::splat(simd, 1.0));
-        v = v.map(|v| v * factor);
+        v = [v[0] * factor, v[1] * factor, v[2] * factor];
     }
     v
+}
+
+/// A vector in all lanes. Written out: a closure, as `map` takes it, does not always inherit the vector instructions of
+/// where it stands, and then costs a call an operation.
+#[inline(always)]
+fn splat3<S: Simd, V: Lanes<S>>(simd: S, [x, y, z]: [f32; 3]) -> [V; 3] {
+    [V::splat(simd, x), V::splat(simd, y), V::splat(simd, z)]
 }
 
 /// v + speed · d, rounded twice on purpose: fused, two equal sources would leave a rounding behind at their midpoint.
@@ -419,7 +426,7 @@ fn add_varying<S: Simd, V: Lanes<S>>(simd: S, field: &Varying, p: [V; 3], v: [V;
     let mut factor =
         mul_add(V::splat(simd, field.gradient), p[1], V::splat(simd, field.height)).max(V::splat(simd, 0.0));
     if field.modulation != 0.0 {
-        let k = field.wave_vector.map(|k| V::splat(simd, k));
+        let k = splat3(simd, field.wave_vector);
         let phase = mul_add(k[0], p[0], V::splat(simd, field.phase));
         let phase = mul_add(k[2], p[2], mul_add(k[1], p[1], phase));
         let m = V::splat(simd, field.modulation);

@@ -247,6 +247,13 @@ pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
     f32x8::splat(simd, value)
 }
 
+/// Eight equal vectors. Kernels write such things out: a closure, as `map` takes it, does not always inherit the vector
+/// instructions of where it stands, and then costs a call an operation.
+#[inline(always)]
+pub fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [f32x8<S>; 3] {
+    [splat(simd, x), splat(simd, y), splat(simd, z)]
+}
+
 /// Sixteen equal lanes.
 #[inline(always)]
 pub fn splat16<S: Simd>(simd: S, value: f32) -> f32x16<S> {

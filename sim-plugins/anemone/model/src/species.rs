@@ -68,7 +68,7 @@ pub struct Foot {
 impl Default for Foot {
     fn default() -> Self {
         Self {
-            height: 0.06,
+            height: 0.05,
             base_radius: 0.042,
             waist_radius: 0.03,
             disc_radius: 0.042,
@@ -76,7 +76,7 @@ impl Default for Foot {
             waist: 0.5,
             nodes: 10,
             sides: 32,
-            stiffness: 60.0,
+            stiffness: 450.0,
             exponent: 1.0,
             relaxation: 0.5,
         }
@@ -163,9 +163,9 @@ impl Default for Tentacles {
             taper: 1.0,
             bulb: 0.0,
             inner_lean: 12.0,
-            outer_lean: 62.0,
+            outer_lean: 85.0,
             arch: 32.0,
-            curl: -18.0,
+            curl: -36.0,
             flatness: 1.0,
             stiffness: 4.2,
             exponent: 1.0,

@@ -2,7 +2,7 @@
 //! capsule, and each length of overlap costs a force.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
-use reef_flow::simd::{mul_add, neg_mul_add, splat};
+use reef_flow::simd::{mul_add, neg_mul_add, splat, splat3};
 
 /// A capsule that nothing should enter, relative to the chunk's anchor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub(crate) fn overlap<S: Simd>(
     let zero = splat(simd, 0.0);
     let mut push = [zero; 3];
     if let Some(plane) = &contacts.ground {
-        let n = plane.normal.map(|v| splat(simd, v));
+        let n = splat3(simd, plane.normal);
         let height = mul_add(n[2], z, mul_add(n[1], y, n[0] * x)) - splat(simd, plane.height);
         let depth = (radius - height).max(zero);
         push = [n[0] * depth, n[1] * depth, n[2] * depth];
@@ -61,7 +61,7 @@ pub(crate) fn overlap<S: Simd>(
         let inverse = 1.0 / (dx * dx + dy * dy + dz * dz).max(1e-12);
         let from = capsule.from;
         let p = [x - splat(simd, from[0]), y - splat(simd, from[1]), z - splat(simd, from[2])];
-        let d = capsule.delta.map(|v| splat(simd, v));
+        let d = splat3(simd, capsule.delta);
         let along = mul_add(d[2], p[2], mul_add(d[1], p[1], d[0] * p[0])) * splat(simd, inverse);
         let along = along.max(zero).min(splat(simd, 1.0));
         let off =
@@ -70,9 +70,11 @@ pub(crate) fn overlap<S: Simd>(
         let depth = (radius + splat(simd, capsule.radius) - distance).max(zero);
         // On the axis itself there is no way out to prefer: no push.
         let scale = depth / distance.max(splat(simd, 1e-9));
-        for (sum, off) in push.iter_mut().zip(off) {
-            *sum = mul_add(off, scale, *sum);
-        }
+        push = [
+            mul_add(off[0], scale, push[0]),
+            mul_add(off[1], scale, push[1]),
+            mul_add(off[2], scale, push[2]),
+        ];
     }
     push
 }

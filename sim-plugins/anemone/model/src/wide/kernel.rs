@@ -3,7 +3,7 @@
 use fearless_simd::{Select, Simd, f32x8, prelude::*};
 use reef_flow::{
     Packed,
-    simd::{clamp, mul_add, neg_mul_add, splat},
+    simd::{clamp, mul_add, neg_mul_add, splat, splat3},
     velocity8,
 };
 
@@ -83,9 +83,9 @@ pub(crate) fn store<S: Simd>(to: &mut Eight, from: f32x8<S>) {
 
 #[inline(always)]
 pub(crate) fn store3<S: Simd>(to: &mut [Eight; 3], from: Vector<S>) {
-    for (to, from) in to.iter_mut().zip(from) {
-        store(to, from);
-    }
+    store(&mut to[0], from[0]);
+    store(&mut to[1], from[1]);
+    store(&mut to[2], from[2]);
 }
 
 #[inline(always)]
@@ -155,17 +155,16 @@ fn loads<S: Simd>(
     let still = packed.is_still();
     let touching = !contacts.is_empty();
     let loaded = chunk.load != [0.0; 3];
-    let load_force = chunk.load.map(|f| splat(simd, f));
+    let load_force = splat3(simd, chunk.load);
     let groups = chunk.groups;
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
     for s in (0..chunk.segments).rev() {
         let (lower, upper) = chunk.poses.split_at_mut(s * groups);
-        let below = lower.len().checked_sub(groups).map(|start| &lower[start..]);
+        let below = if s > 0 { Some(&lower[(s - 1) * groups..]) } else { None };
         let row = &chunk.constants[s * groups..(s + 1) * groups];
-        for (g, ((pose, segment), (root, handed))) in
-            upper.iter_mut().zip(row).zip(chunk.roots.iter().zip(&mut handed)).enumerate()
-        {
+        for g in 0..groups {
+            let (pose, segment, root, handed) = (&mut upper[g], &row[g], &chunk.roots[g], &mut handed[g]);
             let mut force = *handed;
             if !still {
                 force = flow_force(simd, pose, segment, root, packed, law, constants.current, force);
@@ -177,7 +176,7 @@ fn loads<S: Simd>(
                 force = contact_force(simd, pose, segment, root, contacts, constants.contact, force);
             }
             store3(&mut pose.force, force);
-            let below = match below {
+            let below = match &below {
                 Some(row) => load3(simd, &row[g].direction),
                 None => load3(simd, &root.frame[2]),
             };
@@ -209,7 +208,12 @@ fn flow_force<S: Simd>(
     let offset = load3(simd, &root.offset);
     let v = velocity8(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
     let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
-    let v = v.map(|v| clamp(v * splat(simd, current), least, most));
+    let current = splat(simd, current);
+    let v = [
+        clamp(v[0] * current, least, most),
+        clamp(v[1] * current, least, most),
+        clamp(v[2] * current, least, most),
+    ];
     let drag = load(simd, &segment.drag);
     match law {
         Law::Linear(factor) => add_scaled(force, v, drag * splat(simd, factor)),
@@ -217,11 +221,14 @@ fn flow_force<S: Simd>(
             let speed = dot(v, v).sqrt();
             let re = speed * load(simd, &segment.radius) * splat(simd, reynolds);
             let fast = re.simd_ge(splat(simd, CRITICAL_REYNOLDS as f32));
-            let [slow_cd, fast_cd] = DRAG_COEFFICIENTS.map(|c| splat(simd, c as f32));
-            let factor = fast.select(fast_cd, slow_cd) * drag * splat(simd, density) * speed;
+            let [slow_cd, fast_cd] = DRAG_COEFFICIENTS;
+            let factor = fast.select(splat(simd, fast_cd as f32), splat(simd, slow_cd as f32)) * drag * splat(simd, density) * speed;
             let (least, most) = (splat(simd, -GREATEST_FORCE), splat(simd, GREATEST_FORCE));
-            let pressure = v.map(|v| clamp(v * factor, least, most));
-            [force[0] + pressure[0], force[1] + pressure[1], force[2] + pressure[2]]
+            [
+                force[0] + clamp(v[0] * factor, least, most),
+                force[1] + clamp(v[1] * factor, least, most),
+                force[2] + clamp(v[2] * factor, least, most),
+            ]
         }
     }
 }

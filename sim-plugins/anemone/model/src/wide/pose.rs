@@ -33,8 +33,10 @@ const GREATEST_LOAD: f32 = 1e7;
 #[inline(always)]
 fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f32; N], y: f32x8<S>) -> f32x8<S> {
     let mut sum = splat(simd, coefficients[N - 1]);
-    for coefficient in coefficients[..N - 1].iter().rev() {
-        sum = mul_add(sum, y, splat(simd, *coefficient));
+    let mut at = N - 1;
+    while at > 0 {
+        at -= 1;
+        sum = mul_add(sum, y, splat(simd, coefficients[at]));
     }
     sum
 }
@@ -62,8 +64,11 @@ impl<S: Simd> Walker<S> {
     /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes.
     #[inline(always)]
     fn turn(&mut self, simd: S, local: Vector<S>) {
-        let d = [0, 1, 2]
-            .map(|i| mul_add(self.z[i], local[2], mul_add(self.y[i], local[1], self.x[i] * local[0])));
+        let d = [
+            mul_add(self.z[0], local[2], mul_add(self.y[0], local[1], self.x[0] * local[0])),
+            mul_add(self.z[1], local[2], mul_add(self.y[1], local[1], self.x[1] * local[0])),
+            mul_add(self.z[2], local[2], mul_add(self.y[2], local[1], self.x[2] * local[0])),
+        ];
         // One step of Newton's for 1/√: rounding never adds up along the chain.
         let scale = mul_add(dot(d, d), splat(simd, -0.5), splat(simd, 1.5));
         let d = [d[0] * scale, d[1] * scale, d[2] * scale];
@@ -105,9 +110,9 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
     for s in 0..chunk.segments {
         let poses = &mut chunk.poses[s * groups..(s + 1) * groups];
         let constants = &chunk.constants[s * groups..(s + 1) * groups];
-        for (((pose, segment), root), walker) in
-            poses.iter_mut().zip(constants).zip(&mut chunk.roots).zip(&mut walkers)
-        {
+        for g in 0..groups {
+            let (pose, segment) = (&mut poses[g], &constants[g]);
+            let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
             if chunk.curved {
                 walker.turn(simd, load3(simd, &segment.rest));
             }

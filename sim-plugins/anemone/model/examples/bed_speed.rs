@@ -1,0 +1,80 @@
+//! Node-steps a second of a scene's plants, one core, with 3 sources and 1 whirlwind: `cargo run -p reef-anemone-model
+//! --example bed_speed [SPECIES [PLANTS]]`.
+
+use std::{path::Path, time::Instant};
+
+use reef_anemone_model::{
+    Anemones,
+    bed::{Settings, Surroundings},
+    config::{Anemone, Config},
+};
+use reef_flow::Level;
+use reef_sdk::{
+    SceneInfo, Workers,
+    abi::{self, Flow},
+};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_else(|| "actinia-fragacea".into());
+    let count: usize = arguments.next().map_or(Ok(36), |text| text.parse())?;
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../../assets/species/{name}.toml"));
+    let mut species: serde_json::Map<_, _> = toml::from_str(&std::fs::read_to_string(file)?)?;
+    species["tentacles"]["count"] = 40.into();
+    let mut scene = SceneInfo { seed: 1, scale: 1.0, dt: 1.0 / 60.0, ..SceneInfo::default() };
+    scene.species.insert(name.clone(), species.into());
+    let anemones = (0..count)
+        .map(|i| Anemone {
+            species: name.clone(),
+            position: [(i % 6) as f64 * 0.2, 0.0, (i / 6) as f64 * 0.2],
+            scale: 1.0,
+            yaw: 0.0,
+            seed: None,
+        })
+        .collect();
+    let (mut bed, _) = Anemones::plant(&scene, &Config { anemones, ..Config::default() })?;
+    let local = |kind, position: [f64; 3], strength| Flow {
+        kind,
+        position,
+        axis: [0.0, 1.0, 0.0],
+        strength,
+        peak: 0.5,
+        core: 0.01,
+        ..Flow::default()
+    };
+    let flow = [
+        local(abi::FLOW_SOURCE, [-0.3, 0.1, 0.2], 2e-3),
+        local(abi::FLOW_SOURCE, [0.5, 0.2, 0.5], 1e-3),
+        local(abi::FLOW_HOLE, [1.2, 0.1, 0.7], 2e-3),
+        local(abi::FLOW_WHIRLWIND, [0.4, 0.0, -0.3], 3e-3),
+    ];
+    let mut nodes = vec![[0.0_f32; 4]; bed.node_count()];
+    for level in Level::all() {
+        let around = Surroundings {
+            flow: &flow,
+            obstacles: &[],
+            ground: None,
+            density: 1000.0,
+            viscosity: 1.15e-3,
+            dt: 1.0 / 60.0,
+            level,
+            workers: Workers::inline(),
+        };
+        let mut best = f64::INFINITY;
+        for _ in 0..60 {
+            let start = Instant::now();
+            for _ in 0..5 {
+                bed.step(&around, &Settings::default(), &mut nodes);
+            }
+            best = best.min(start.elapsed().as_secs_f64() / 5.0);
+        }
+        println!(
+            "{}: {:.1} M node-steps/s, {:.3} ms a step of {} nodes",
+            level.name(),
+            nodes.len() as f64 / best * 1e-6,
+            best * 1e3,
+            nodes.len()
+        );
+    }
+    Ok(())
+}
