@@ -1,5 +1,5 @@
 //! Node-steps a second of a scene's plants, one core, with 3 sources and 1 whirlwind: `cargo run -p reef-anemone-model
-//! --example bed_speed [SPECIES [PLANTS]]`.
+//! --example bed_speed [SPECIES [PLANTS [LEVEL]]]`; LEVEL: the least `REEF_SIMD_*` that is measured.
 
 use std::{path::Path, time::Instant};
 
@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "actinia-fragacea".into());
     let count: usize = arguments.next().map_or(Ok(36), |text| text.parse())?;
+    let least: u32 = arguments.next().map_or(Ok(0), |text| text.parse())?;
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../../assets/species/{name}.toml"));
     let mut species: serde_json::Map<_, _> = toml::from_str(&std::fs::read_to_string(file)?)?;
     species["tentacles"]["count"] = 40.into();
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         local(abi::FLOW_WHIRLWIND, [0.4, 0.0, -0.3], 3e-3),
     ];
     let mut nodes = vec![[0.0_f32; 4]; bed.node_count()];
-    for level in Level::all() {
+    for level in Level::all().into_iter().filter(|level| level.code() >= least) {
         let around = Surroundings {
             flow: &flow,
             obstacles: &[],

@@ -222,7 +222,10 @@ fn flow_force<S: Simd>(
             let re = speed * load(simd, &segment.radius) * splat(simd, reynolds);
             let fast = re.simd_ge(splat(simd, CRITICAL_REYNOLDS as f32));
             let [slow_cd, fast_cd] = DRAG_COEFFICIENTS;
-            let factor = fast.select(splat(simd, fast_cd as f32), splat(simd, slow_cd as f32)) * drag * splat(simd, density) * speed;
+            let factor = fast.select(splat(simd, fast_cd as f32), splat(simd, slow_cd as f32))
+                * drag
+                * splat(simd, density)
+                * speed;
             let (least, most) = (splat(simd, -GREATEST_FORCE), splat(simd, GREATEST_FORCE));
             [
                 force[0] + clamp(v[0] * factor, least, most),
