@@ -2,7 +2,7 @@
 
 use std::{io::Write, path::PathBuf, process::ExitCode};
 
-use clap::Parser;
+use clap::{CommandFactory, Parser, error::ErrorKind};
 
 use crate::{app, headless};
 
@@ -11,7 +11,7 @@ use crate::{app, headless};
 #[command(
     name = "reef",
     version,
-    args_conflicts_with_subcommands = true,
+    subcommand_precedence_over_arg = true,
     after_help = "Examples:\n  \
         reef                                          the default sea in a window\n  \
         reef render reef --frames 60 --out sea.png    a picture of its second second\n  \
@@ -93,6 +93,11 @@ fn install_reporter() {
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    if let (Some(_), Some(scene)) = (&cli.command, &cli.window.scene) {
+        let told =
+            format!("{} stands before the command: the scene of a command follows it", scene.display());
+        Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
+    }
     crate::log::init();
     install_reporter();
     let common = &cli.common;
