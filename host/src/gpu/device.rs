@@ -61,6 +61,11 @@ impl std::fmt::Display for DeviceInfo {
 }
 
 impl DeviceInfo {
+    /// Pixels that an image may have along one side.
+    pub fn max_image_size(&self) -> u32 {
+        self.limits.max_image_dimension2_d
+    }
+
     pub(crate) fn has_extension(&self, name: &std::ffi::CStr) -> bool {
         self.extensions.iter().any(|extension| extension == name.to_bytes())
     }

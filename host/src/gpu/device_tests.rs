@@ -34,91 +34,11 @@ fn words(bytes: &[u8]) -> Vec<u32> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// Two dependent passes a frame, for several frames: b = 3·a + 1, c = 5·b + 2.
-fn compute_chain(gpu: &Gpu, frames: &mut Frames, count: u32) -> Vec<u32> {
-    let a = storage(gpu, "a", &(0..count).collect::<Vec<_>>());
-    let [b, c] = ["b", "c"].map(|name| storage(gpu, name, &vec![0; count as usize]));
-    let scale = Pipeline::compute(gpu, "selftest_scale.comp", &[]);
-    for _ in 0..5 {
-        let mut frame = frames.begin().expect("a frame");
-        for (name, from, to, constants) in
-            [("first", &a, &b, [count, 3, 1]), ("second", &b, &c, [count, 5, 2])]
-        {
-            frame
-                .pass(name)
-                .read(from, Access::ComputeRead)
-                .write(to, Access::ComputeWrite)
-                .run(|cmd| {
-                    cmd.pipeline(&scale)?;
-                    cmd.bind(&[(0, from.into()), (1, to.into())])?;
-                    cmd.push(&constants)?;
-                    cmd.dispatch_over(count)
-                })
-                .expect("a pass");
-        }
-        frame.submit(Signals::default()).expect("submitted");
-    }
-    frames.wait_all().expect("ended");
-    words(&gpu.read_buffer(&c).expect("read back"))
-}
-
-const SIZE: (u32, u32) = (33, 17);
-
-fn picture(gpu: &Gpu, name: &str) -> Image {
-    let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
-        | vk::ImageUsageFlags::SAMPLED
-        | vk::ImageUsageFlags::TRANSFER_SRC;
-    Image::new(gpu, &ImageDesc::new(name, SIZE, vk::Format::R8G8B8A8_UNORM, usage)).expect("an image")
-}
-
-/// Clears to one colour, draws the left half in another, copies all of it through a texture, and fetches the copy.
-fn draw(gpu: &Gpu, frames: &mut Frames) -> Picture {
-    let [first, second] = ["first", "second"].map(|name| picture(gpu, name));
-    let color = [(vk::Format::R8G8B8A8_UNORM, Blend::Replace)];
-    let desc = GraphicsDesc::new("half", "selftest_picture.vert", "selftest_color.frag");
-    let half = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
-    let desc = GraphicsDesc::new("sample", "selftest_picture.vert", "selftest_sample.frag");
-    let sample = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
-    let nearest = SamplerDesc { linear: false, repeat: false, anisotropic: false };
-    let sampler = gpu.sampler(nearest).expect("a sampler");
-    let mut last = None;
-    for _ in 0..3 {
-        let mut frame = frames.begin().expect("a frame");
-        frame
-            .pass("half")
-            .color(&first, Load::Clear([0.0, 1.0, 0.2, 1.0]))
-            .run(|cmd| {
-                cmd.pipeline(&half)?;
-                cmd.push(&[1.0f32, 0.0, 0.4, 1.0])?;
-                cmd.draw(0..6, 0..1);
-                Ok(())
-            })
-            .expect("a pass");
-        frame
-            .pass("sample")
-            .read(&first, Access::FragmentSampled)
-            .color(&second, Load::Clear([0.0, 0.0, 0.0, 1.0]))
-            .run(|cmd| {
-                cmd.pipeline(&sample)?;
-                cmd.bind(&[(0, Resource::Texture(&first, sampler))])?;
-                cmd.draw(0..6, 0..1);
-                Ok(())
-            })
-            .expect("a pass");
-        let readback = frame.read_back(&second).expect("a copy");
-        frame.submit(Signals::default()).expect("submitted");
-        last = Some(readback);
-    }
-    last.expect("three frames").finish(frames).expect("a picture")
-}
-
 #[test]
-fn passes_that_depend_on_one_another_compute_exactly_and_cleanly() {
+fn passes_that_depend_on_one_another_are_timed_by_name() {
     let Some(gpu) = open(None) else { return };
     let mut frames = Frames::new(&gpu, 2).expect("frames");
-    let result = compute_chain(&gpu, &mut frames, 1000);
-    let expected: Vec<u32> = (0..1000).map(|i| 5 * (3 * i + 1) + 2).collect();
-    assert_eq!(result, expected);
+    self_test::compute(&gpu, &mut frames).expect("computed");
     let timings = frames.timings();
     let names: Vec<&str> = timings.passes.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["first", "second"]);
@@ -128,20 +48,9 @@ fn passes_that_depend_on_one_another_compute_exactly_and_cleanly() {
 }
 
 #[test]
-fn a_picture_is_drawn_sampled_and_read_back_exactly_and_cleanly() {
+fn what_is_computed_drawn_sampled_and_read_back_is_exact_and_clean() {
     let Some(gpu) = open(None) else { return };
-    let mut frames = Frames::new(&gpu, 2).expect("frames");
-    let picture = draw(&gpu, &mut frames);
-    assert_eq!((picture.width, picture.height), SIZE);
-    for y in 0..SIZE.1 {
-        for x in 0..SIZE.0 {
-            // 33 columns: the centre of column 16 lies on the edge at x = 0, which is a right edge and leaves it out.
-            let expected = if x < 16 { [255, 0, 102, 255] } else { [0, 0, 0, 255] };
-            assert_eq!(picture.pixel(x, y), Some(expected), "at {x}, {y}");
-        }
-    }
-    assert_eq!(picture.pixel(SIZE.0, 0), None);
-    drop(frames);
+    self_test::run(&gpu).expect("exact");
     assert_eq!(close(gpu), []);
 }
 
@@ -149,7 +58,7 @@ fn a_picture_is_drawn_sampled_and_read_back_exactly_and_cleanly() {
 fn a_barrier_that_is_left_out_is_found() {
     let Some(gpu) = open(Some(Fault::Barrier)) else { return };
     let mut frames = Frames::new(&gpu, 2).expect("frames");
-    compute_chain(&gpu, &mut frames, 64);
+    self_test::compute(&gpu, &mut frames).expect("computed");
     drop(frames);
     let messages = close(gpu);
     assert!(messages.iter().any(|m| m.id.contains("SYNC-HAZARD")), "{messages:?}");
@@ -159,7 +68,7 @@ fn a_barrier_that_is_left_out_is_found() {
 fn a_wrong_layout_is_found() {
     let Some(gpu) = open(Some(Fault::Layout)) else { return };
     let mut frames = Frames::new(&gpu, 2).expect("frames");
-    draw(&gpu, &mut frames);
+    self_test::draw(&gpu, &mut frames).expect("drawn");
     drop(frames);
     let messages = close(gpu);
     let about = |m: &Message| m.text.to_lowercase().contains("layout");

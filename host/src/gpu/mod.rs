@@ -27,6 +27,7 @@ mod garbage;
 pub mod graph;
 mod image;
 mod instance;
+mod machine;
 mod offscreen;
 pub mod packages;
 mod pipeline_cache;
@@ -34,6 +35,7 @@ mod pipelines;
 mod reflect;
 mod ring;
 mod samplers;
+pub mod self_test;
 pub mod shader_sources;
 mod shaders;
 mod swapchain;
@@ -42,6 +44,8 @@ mod transfer;
 
 #[cfg(test)]
 mod device_tests;
+#[cfg(test)]
+mod swapchain_tests;
 
 pub use access::Access;
 pub use buffer::{Buffer, BufferDesc, Memory};
@@ -57,6 +61,7 @@ pub use frames::{Frame, Frames, Signals};
 pub use graph::{DepthLoad, Load, Pass, Touched};
 pub use image::{Image, ImageDesc};
 pub use instance::{Layer, Surface, Validation};
+pub use machine::{Machine, inspect_machine};
 pub use offscreen::{Picture, Readback};
 pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
 pub use ring::Upload;

@@ -19,8 +19,11 @@ use super::{
 
 /// A window system that hands over no image within this time is asked again in the next frame.
 const PATIENCE_NS: u64 = 1_000_000_000;
-/// Stages of a frame that touch the window's image.
-const WAITS: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+/// Stages in which a frame touches the window's image first: drawn to, or copied to.
+const WAITS: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
+    vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT.as_raw()
+        | vk::PipelineStageFlags2::ALL_TRANSFER.as_raw(),
+);
 
 /// One image, until it is shown.
 #[derive(Debug)]
@@ -50,7 +53,10 @@ pub struct Swapchain {
     /// One a frame in flight: signalled when the image may be drawn to.
     free: Vec<vk::Semaphore>,
     wanted: (u32, u32),
+    vsync: bool,
     stale: bool,
+    /// An image was taken and is not shown yet. Where a frame fails meanwhile, its semaphore stays signalled.
+    taken: bool,
     id: u64,
 }
 
@@ -61,9 +67,18 @@ impl Swapchain {
         let shared = gpu.shared.clone();
         let format = choose_format(&shared, &surface)?;
         let id = shared.register("swapchain", "window");
-        let chain = Chain::default();
-        let mut swapchain =
-            Swapchain { shared, surface, format, chain, free: Vec::new(), wanted: size, stale: true, id };
+        let mut swapchain = Swapchain {
+            shared,
+            surface,
+            format,
+            chain: Chain::default(),
+            free: Vec::new(),
+            wanted: size,
+            vsync: true,
+            stale: true,
+            taken: false,
+            id,
+        };
         for _ in 0..frames.max(1) {
             let semaphore = swapchain.semaphore("image is free")?;
             swapchain.free.push(semaphore);
@@ -81,6 +96,19 @@ impl Swapchain {
         self.chain.images.first().map_or((0, 0), Image::size)
     }
 
+    /// Whether the images encode linear light as sRGB by themselves. Where not (the usual case), shaders have to.
+    pub fn encodes_srgb(&self) -> bool {
+        matches!(self.format.format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB)
+    }
+
+    /// Waits for the display before each frame (as it does from the beginning), or draws as fast as the driver lets it.
+    pub fn set_vsync(&mut self, vsync: bool) {
+        if self.vsync != vsync {
+            self.vsync = vsync;
+            self.stale = true;
+        }
+    }
+
     /// The window's content has this size now.
     pub fn resized(&mut self, size: (u32, u32)) {
         self.wanted = size;
@@ -93,7 +121,7 @@ impl Swapchain {
         if self.wanted.0 == 0 || self.wanted.1 == 0 {
             return Ok(false);
         }
-        if !self.stale {
+        if !self.stale && !self.taken {
             return Ok(true);
         }
         let caps = self.capabilities()?;
@@ -108,6 +136,15 @@ impl Swapchain {
         let made = self.make(&caps, extent, old.raw);
         self.destroy(old);
         self.chain = made?;
+        if self.taken {
+            for i in 0..self.free.len() {
+                let fresh = self.semaphore("image is free")?;
+                let spent = std::mem::replace(&mut self.free[i], fresh);
+                // SAFETY: the device is idle, and the swapchain that may have signalled it is gone.
+                unsafe { self.shared.device.destroy_semaphore(spent, None) };
+            }
+            self.taken = false;
+        }
         self.stale = false;
         Ok(true)
     }
@@ -126,6 +163,7 @@ impl Swapchain {
         };
         match taken {
             Ok((image, suboptimal)) => {
+                self.taken = true;
                 if suboptimal {
                     self.grow_stale();
                 }
@@ -170,6 +208,7 @@ impl Swapchain {
             // SAFETY: the queue is held; the image was acquired, and the submission that signals the semaphore made.
             unsafe { functions.queue_present(*queue, &info) }
         };
+        self.taken = false;
         match shown {
             Ok(false) => {
                 if !self.stale {
@@ -201,6 +240,15 @@ impl Swapchain {
             .map_err(|result| surface_error("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", result))
     }
 
+    fn present_mode(&self) -> Result<vk::PresentModeKHR> {
+        let (functions, device) = (&self.surface.functions, self.shared.info.raw);
+        // SAFETY: surface and device live, and belong to the same instance.
+        let offered =
+            unsafe { functions.get_physical_device_surface_present_modes(device, self.surface.raw) }
+                .map_err(|result| surface_error("vkGetPhysicalDeviceSurfacePresentModesKHR", result))?;
+        Ok(choose_mode(&offered, self.vsync))
+    }
+
     fn make(
         &self,
         caps: &vk::SurfaceCapabilitiesKHR,
@@ -208,6 +256,8 @@ impl Swapchain {
         old: vk::SwapchainKHR,
     ) -> Result<Chain> {
         let functions = self.functions()?;
+        let mode = self.present_mode()?;
+        let transfers = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
         let most = if caps.max_image_count == 0 { u32::MAX } else { caps.max_image_count };
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(self.surface.raw)
@@ -216,11 +266,11 @@ impl Swapchain {
             .image_color_space(self.format.color_space)
             .image_extent(extent)
             .image_array_layers(1)
-            .image_usage(vk::ImageUsageFlags::COLOR_ATTACHMENT)
+            .image_usage(vk::ImageUsageFlags::COLOR_ATTACHMENT | (transfers & caps.supported_usage_flags))
             .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
             .pre_transform(caps.current_transform)
             .composite_alpha(choose_alpha(caps.supported_composite_alpha))
-            .present_mode(vk::PresentModeKHR::FIFO)
+            .present_mode(mode)
             .clipped(true)
             .old_swapchain(old);
         // SAFETY: the surface lives, everything asked for is among its capabilities; `old` is idle.
@@ -341,6 +391,13 @@ fn choose_extent(caps: &vk::SurfaceCapabilitiesKHR, wanted: (u32, u32)) -> Optio
     (extent.width > 0 && extent.height > 0).then_some(extent)
 }
 
+/// FIFO waits for the display, and is always there.
+fn choose_mode(offered: &[vk::PresentModeKHR], vsync: bool) -> vk::PresentModeKHR {
+    use vk::PresentModeKHR as M;
+    let wanted: &[M] = if vsync { &[] } else { &[M::MAILBOX, M::IMMEDIATE] };
+    wanted.iter().copied().find(|mode| offered.contains(mode)).unwrap_or(M::FIFO)
+}
+
 fn choose_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
     use vk::CompositeAlphaFlagsKHR as A;
     [A::OPAQUE, A::INHERIT, A::PRE_MULTIPLIED, A::POST_MULTIPLIED]
@@ -392,6 +449,14 @@ mod tests {
         assert_eq!(best_format(&offered), Some(offered[1]));
         assert_eq!(best_format(&offered[..1]), Some(offered[0]));
         assert_eq!(best_format(&[offer(vk::Format::R5G6B5_UNORM_PACK16)]), None);
+    }
+
+    #[test]
+    fn without_vsync_the_fastest_mode_is_taken_and_fifo_where_there_is_none() {
+        use vk::PresentModeKHR as M;
+        assert_eq!(choose_mode(&[M::FIFO, M::IMMEDIATE, M::MAILBOX], false), M::MAILBOX);
+        assert_eq!(choose_mode(&[M::FIFO], false), M::FIFO);
+        assert_eq!(choose_mode(&[M::FIFO, M::IMMEDIATE, M::MAILBOX], true), M::FIFO);
     }
 
     #[test]
