@@ -62,7 +62,7 @@ pub(crate) struct Shared {
     pub(crate) info: DeviceInfo,
     pub(crate) push_descriptor: khr::push_descriptor::Device,
     pub(crate) swapchain: Option<khr::swapchain::Device>,
-    pub(crate) shaders: ShaderStore,
+    pub(crate) shaders: Arc<ShaderStore>,
     pub(crate) samplers: Samplers,
     pub(crate) pipeline_cache: PipelineCache,
     pub(crate) bin: Bin,
@@ -134,7 +134,7 @@ impl Gpu {
         let shared = Shared {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             swapchain: surface.map(|_| khr::swapchain::Device::new(&instance.raw, &raw)),
-            shaders: ShaderStore::embedded(),
+            shaders: Arc::new(ShaderStore::embedded()),
             samplers: Samplers::default(),
             pipeline_cache: PipelineCache::load(&raw, &instance, &info, options.cache_dir.as_deref()),
             bin: Bin::default(),

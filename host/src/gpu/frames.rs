@@ -117,6 +117,7 @@ impl Frames {
         // SAFETY: the command buffer is in its initial state.
         unsafe { shared.device.begin_command_buffer(slot.commands, &info) }.call("vkBeginCommandBuffer")?;
         slot.timestamps.reset(slot.commands);
+        shared.shaders.take_offered();
         let serial = shared.bin.begin();
         let commands = slot.commands;
         Ok(Frame { frames: self, shared, commands, index, serial })

@@ -33,6 +33,8 @@ pub mod packages;
 mod pipeline_cache;
 mod pipelines;
 mod reflect;
+#[cfg(feature = "shaderc")]
+mod reload;
 mod ring;
 mod samplers;
 pub mod self_test;
@@ -64,6 +66,8 @@ pub use instance::{Layer, Surface, Validation};
 pub use machine::{Machine, inspect_machine};
 pub use offscreen::{Picture, Readback};
 pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
+#[cfg(feature = "shaderc")]
+pub use reload::ShaderWatch;
 pub use ring::Upload;
 pub use samplers::SamplerDesc;
 pub use shaders::{ShaderFailure, ShaderStore};

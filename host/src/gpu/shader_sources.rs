@@ -63,6 +63,16 @@ pub enum SourceError {
     },
 }
 
+/// The folder of shaders of the working tree that the program was built in; none where it was installed elsewhere.
+/// `REEF_SHADERS` overrides it.
+pub fn find_folder() -> Option<PathBuf> {
+    if let Some(given) = std::env::var_os("REEF_SHADERS") {
+        return Some(PathBuf::from(given));
+    }
+    let program = std::env::current_exe().ok()?;
+    program.ancestors().map(|place| place.join("shaders")).find(|folder| folder.join(MANIFEST).is_file())
+}
+
 /// The files that Reef compiles, by name.
 pub fn stages(folder: &Path) -> Result<Vec<Stage>, SourceError> {
     let failed = |error| SourceError::File { path: folder.to_owned(), error };

@@ -36,6 +36,8 @@ pub struct ShaderFailure {
 pub struct ShaderStore {
     shaders: RwLock<HashMap<String, Shader>>,
     failures: Mutex<Vec<ShaderFailure>>,
+    /// New versions by name, from another thread; the next frame takes them.
+    offered: Mutex<Vec<(String, Vec<u8>)>>,
     epoch: AtomicU64,
 }
 
@@ -45,6 +47,7 @@ impl ShaderStore {
         Self {
             shaders: RwLock::new(HashMap::new()),
             failures: Mutex::new(Vec::new()),
+            offered: Mutex::new(Vec::new()),
             epoch: AtomicU64::new(0),
         }
     }
@@ -85,6 +88,22 @@ impl ShaderStore {
         self.failures.lock().unwrap_or_else(PoisonError::into_inner).retain(|f| f.name != name);
         self.epoch.fetch_add(1, Ordering::Release);
         Ok(())
+    }
+
+    /// Offers a new version of a shader, from any thread: the next frame that begins replaces it.
+    pub fn offer(&self, name: &str, spirv: Vec<u8>) {
+        self.offered.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), spirv));
+    }
+
+    /// Between two frames: replaces what was offered.
+    pub(crate) fn take_offered(&self) {
+        let offered = std::mem::take(&mut *self.offered.lock().unwrap_or_else(PoisonError::into_inner));
+        for (name, spirv) in offered {
+            // What cannot be used is noted, and the old version stays.
+            if self.replace(&name, &spirv).is_ok() {
+                tracing::info!("shader {name}: reloaded");
+            }
+        }
     }
 
     /// Notes that a shader could not be compiled or used.

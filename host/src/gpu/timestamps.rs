@@ -106,11 +106,6 @@ impl Timestamps {
         }
     }
 
-    /// Names of the passes that were recorded.
-    pub(crate) fn names(&self) -> &[String] {
-        &self.names
-    }
-
     fn write(&self, commands: vk::CommandBuffer, query: u32, stage: vk::PipelineStageFlags2) {
         // SAFETY: the command buffer is being recorded, and each query is written once between two resets.
         unsafe { self.shared.device.cmd_write_timestamp2(commands, stage, self.pool, query) };

@@ -177,7 +177,7 @@ fn describe(diagnosis: &Diagnosis) -> String {
         }
     }
     if !diagnosis.devices.is_empty() {
-        lines.push(format!("\nDevices (for --device, by index or part of the name):"));
+        lines.push("\nDevices (for --device, by index or part of the name):".to_owned());
     }
     for device in &diagnosis.devices {
         lines.push(format!("  {device}"));
@@ -186,7 +186,7 @@ fn describe(diagnosis: &Diagnosis) -> String {
         }
     }
     if !diagnosis.layers.is_empty() {
-        lines.push(format!("\nLayers:"));
+        lines.push("\nLayers:".to_owned());
     }
     for layer in &diagnosis.layers {
         lines.push(format!("  {} (Vulkan {})", layer.name, layer.version));
