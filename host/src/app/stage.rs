@@ -47,6 +47,8 @@ impl Kept {
 
 /// Everything on the device. Fields are dropped in order: what draws, what it draws into, then the context.
 pub struct Stage {
+    #[cfg(feature = "shaderc")]
+    watch: Option<crate::gpu::ShaderWatch>,
     overlay: Overlay,
     renderer: Renderer,
     swapchain: Swapchain,
@@ -79,7 +81,17 @@ impl Stage {
             frames: frames.count(),
         };
         let overlay = Overlay::new(&target).map_err(panel_error)?;
-        Ok(Self { overlay, renderer, swapchain, frames, gpu })
+        #[cfg(feature = "shaderc")]
+        let watch = watch_shaders(&gpu);
+        Ok(Self {
+            #[cfg(feature = "shaderc")]
+            watch,
+            overlay,
+            renderer,
+            swapchain,
+            frames,
+            gpu,
+        })
     }
 
     /// Largest side of a texture [px].
@@ -156,7 +168,9 @@ impl Stage {
 
     /// Ends everything on the device in order. An error: the validation layer said something during the run.
     pub fn close(self) -> Result<(), Failure> {
-        let Self { overlay, renderer, swapchain, frames, gpu } = self;
+        #[cfg(feature = "shaderc")]
+        drop(self.watch);
+        let Self { overlay, renderer, swapchain, frames, gpu, .. } = self;
         if let Err(error) = gpu.wait_idle() {
             tracing::warn!("{error}");
         }
@@ -188,6 +202,15 @@ fn settings(options: &ViewOptions) -> Settings {
         debug_channels: options.debug_shown,
         ..Settings::default()
     }
+}
+
+/// Reloads shaders that are edited while the window is open. Without their folder there is nothing to edit.
+#[cfg(feature = "shaderc")]
+fn watch_shaders(gpu: &Gpu) -> Option<crate::gpu::ShaderWatch> {
+    let folder = crate::gpu::shader_sources::find_folder()?;
+    crate::gpu::ShaderWatch::start(gpu, &folder)
+        .inspect_err(|error| tracing::warn!("shaders are not reloaded: {error}"))
+        .ok()
 }
 
 fn panel_error(error: egui_ash::RendererError) -> GpuError {

@@ -207,7 +207,8 @@ mod tests {
     #[test]
     fn a_first_use_of_a_buffer_waits_for_nothing() {
         for access in [Access::ComputeWrite, Access::VertexRead, Access::TransferDst] {
-            assert_eq!(State::NEW.transition(buffer(access)), None);
+            let mut state = State::NEW;
+            assert_eq!(state.transition(buffer(access)), None);
         }
     }
 

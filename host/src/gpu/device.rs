@@ -1,6 +1,6 @@
 //! Which physical devices there are, what each lacks, and which one is taken.
 
-use ash::{ext, khr, vk};
+use ash::{khr, vk};
 
 use super::{
     error::{Call, GpuError, Result},
@@ -262,9 +262,6 @@ pub(crate) fn create(instance: &Instance, info: &DeviceInfo, with_swapchain: boo
     let portability = c"VK_KHR_portability_subset";
     if info.has_extension(portability) {
         extensions.push(portability.as_ptr());
-    }
-    if info.has_extension(ext::memory_budget::NAME) {
-        extensions.push(ext::memory_budget::NAME.as_ptr());
     }
     let o = &info.optional;
     let f10 = vk::PhysicalDeviceFeatures::default()

@@ -8,7 +8,11 @@ use super::*;
 /// A context under core and synchronisation validation; None where the machine has no driver or no layer and tests
 /// may be skipped.
 fn open(fault: Option<Fault>) -> Option<Gpu> {
-    let options = GpuOptions { validation: Validation::CoreSync, fault, ..GpuOptions::default() };
+    open_with(Validation::CoreSync, fault)
+}
+
+fn open_with(validation: Validation, fault: Option<Fault>) -> Option<Gpu> {
+    let options = GpuOptions { validation, fault, ..GpuOptions::default() };
     match Gpu::open(&options) {
         Ok(gpu) => Some(gpu),
         Err(error) if std::env::var("REEF_REQUIRE").as_deref() == Ok("all") => panic!("{error}"),
@@ -52,6 +56,20 @@ fn what_is_computed_drawn_sampled_and_read_back_is_exact_and_clean() {
     let Some(gpu) = open(None) else { return };
     self_test::run(&gpu).expect("exact");
     assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn the_other_tiers_of_validation_are_clean_and_find_a_wrong_layout() {
+    for tier in [Validation::BestPractices, Validation::GpuAssisted] {
+        let Some(gpu) = open_with(tier, None) else { return };
+        self_test::run(&gpu).expect("exact");
+        assert_eq!(close(gpu), [], "{tier:?}");
+        let Some(gpu) = open_with(tier, Some(Fault::Layout)) else { return };
+        let mut frames = Frames::new(&gpu, 2).expect("frames");
+        self_test::draw(&gpu, &mut frames).expect("drawn");
+        drop(frames);
+        assert_ne!(close(gpu), [], "{tier:?}");
+    }
 }
 
 #[test]

@@ -49,7 +49,8 @@ impl Ring {
 
     /// Copies bytes to where the device reads them.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<Upload> {
-        let size = bytes.len() as u64;
+        // A descriptor of no bytes is not allowed.
+        let size = (bytes.len() as u64).max(4);
         let limits = &self.shared.info.limits;
         let alignment = limits
             .min_storage_buffer_offset_alignment
@@ -68,8 +69,7 @@ impl Ring {
         })?;
         chunk.write(offset, bytes)?;
         self.used = offset + size;
-        // A descriptor of no bytes is not allowed.
-        Ok(Upload { buffer: chunk.raw(), offset, size: size.max(4).min(chunk.size() - offset) })
+        Ok(Upload { buffer: chunk.raw(), offset, size })
     }
 
     fn grow(&mut self, size: u64) -> Result<()> {
