@@ -54,6 +54,20 @@ pub struct Use {
     pub writes: bool,
 }
 
+/// Every stage in which anything is touched.
+pub(crate) const ALL_STAGES: S = S::from_raw(
+    S::DRAW_INDIRECT.as_raw()
+        | S::INDEX_INPUT.as_raw()
+        | S::VERTEX_ATTRIBUTE_INPUT.as_raw()
+        | S::VERTEX_SHADER.as_raw()
+        | S::FRAGMENT_SHADER.as_raw()
+        | S::COMPUTE_SHADER.as_raw()
+        | S::EARLY_FRAGMENT_TESTS.as_raw()
+        | S::LATE_FRAGMENT_TESTS.as_raw()
+        | S::COLOR_ATTACHMENT_OUTPUT.as_raw()
+        | S::ALL_TRANSFER.as_raw(),
+);
+
 impl Access {
     /// What Vulkan calls it. `depth`: the resource is a depth image.
     pub fn describe(self, depth: bool) -> Use {

@@ -38,14 +38,31 @@ pub struct Suppression {
 }
 
 /// The one table of suppressions.
-pub const SUPPRESSIONS: &[Suppression] = &[Suppression {
-    vuid: "VUID-VkSwapchainCreateInfoKHR-imageExtent-01274",
-    since: vk::make_api_version(0, 1, 3, 0),
-    until: vk::make_api_version(0, 1, 4, 999),
-    scope: Scope::WhileResizing,
-    reason: "on X11 the window can change between asking for the surface's extent and making the swapchain, which \
-             no application can prevent: KhronosGroup/Vulkan-Docs issue 1144",
-}];
+pub const SUPPRESSIONS: &[Suppression] = &[
+    Suppression {
+        vuid: "VUID-VkSwapchainCreateInfoKHR-imageExtent-01274",
+        since: vk::make_api_version(0, 1, 3, 0),
+        until: vk::make_api_version(0, 1, 4, 999),
+        scope: Scope::WhileResizing,
+        reason: "on X11 the window can change between asking for the surface's extent and making the swapchain, \
+                 which no application can prevent: KhronosGroup/Vulkan-Docs issue 1144",
+    },
+    Suppression {
+        vuid: "UNASSIGNED-BestPractices-vkCreateInstance-specialuse-extension-debugging",
+        since: vk::make_api_version(0, 1, 3, 0),
+        until: vk::make_api_version(0, 1, 3, 250),
+        scope: Scope::Always,
+        reason: "VK_EXT_debug_utils is how this very message arrives; without validation it only gives names",
+    },
+    Suppression {
+        vuid: "UNASSIGNED-BestPractices-ImageBarrierAccessLayout",
+        since: vk::make_api_version(0, 1, 3, 0),
+        until: vk::make_api_version(0, 1, 3, 250),
+        scope: Scope::Always,
+        reason: "the layer expects SHADER_READ for a sampled image and does not know that SHADER_SAMPLED_READ is the \
+                 part of it that is meant",
+    },
+];
 
 /// One message.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]

@@ -1,7 +1,7 @@
 //! Frames in flight: while the device draws one, the program records the next.
 //!
 //! A fence for each frame says when its command buffer, upload ring and timestamps may be used again, and when what was
-//! dropped meanwhile can be destroyed. (Timeline semaphores would do the same; under GPU-assisted validation they stall.)
+//! dropped meanwhile can be destroyed. (Timeline semaphores would do the same; validation layers stall on them.)
 
 use std::sync::Arc;
 
@@ -322,9 +322,9 @@ fn submit_and_wait(
     unsafe { device.begin_command_buffer(commands, &info) }.call("vkBeginCommandBuffer")?;
     // After and before everything else on the queue: whoever comes next needs to wait for nothing.
     let everything = [vk::MemoryBarrier2::default()
-        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_stage_mask(super::access::ALL_STAGES)
         .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .dst_stage_mask(super::access::ALL_STAGES)
         .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
     let barrier = vk::DependencyInfo::default().memory_barriers(&everything);
     // SAFETY: the command buffer is being recorded.

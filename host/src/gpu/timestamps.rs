@@ -95,14 +95,14 @@ impl Timestamps {
             return None;
         }
         self.names.push(name.to_owned());
-        self.write(commands, 2 * pass, vk::PipelineStageFlags2::ALL_COMMANDS);
+        self.write(commands, 2 * pass, vk::PipelineStageFlags2::BOTTOM_OF_PIPE);
         Some(pass)
     }
 
     /// After a pass.
     pub(crate) fn end(&self, commands: vk::CommandBuffer, pass: Option<u32>) {
         if let Some(pass) = pass {
-            self.write(commands, 2 * pass + 1, vk::PipelineStageFlags2::ALL_COMMANDS);
+            self.write(commands, 2 * pass + 1, vk::PipelineStageFlags2::BOTTOM_OF_PIPE);
         }
     }
 
