@@ -30,6 +30,6 @@ float caustic_gain(vec3 p, float depth, float footprint) {
     float mean = octave < 1.0 ? mix(m.x, m.y, octave) : octave < 2.0 ? mix(m.y, m.z, octave - 1.0)
                                                                      : mix(m.z, m.w, octave - 2.0);
     // Scattering on the way down softens the pattern: half of its contrast is gone by 12 m.
-    float contrast = strength * exp(-depth * 0.058);
+    float contrast = 0.8 * strength * exp(-depth * 0.058);
     return mix(1.0, gain / max(mean, 1e-3), contrast);
 }

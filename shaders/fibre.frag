@@ -108,12 +108,16 @@ void main() {
         open *= 1.0 - 0.75 * smoothstep(0.86, 0.97, disc);
     }
 
+    // A diagram has no sea: it is lit evenly, so that every part can be read.
+    bool diagram = view.beam.w > 0.5;
+    if (diagram) open = mix(open, 1.0, 0.7);
+
     vec3 light = view.sun.xyz;
     float wrap = m.wrap;
     float facing = dot(n, light);
     float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
     float caustic = 1.0;
-    if (view.downwelling.w > 0.5 && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
+    if (view.downwelling.w > 0.5 && !diagram && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
     vec3 sun = view.sun_color.rgb * sea;
     vec3 ground = vec3(0.62, 0.52, 0.38);
 
@@ -121,15 +125,19 @@ void main() {
     result += albedo * ambient_light(n, sea, ground) * open;
 
     // Light through the tissue, strongest looking at the sun through a thin tip.
-    float through = pow(clamp(dot(to_eye, -normalize(light + n * 0.3)), 0.0, 1.0), 4.0) + 0.15;
+    float toward = clamp(dot(to_eye, -normalize(light + n * 0.3)), 0.0, 1.0);
+    float through = toward * toward * (toward * toward + 0.6) + 0.18;
     float thin = exp(-2.0 * 2.0 * radius_cm);
+    // What comes through has crossed the tissue: more of its colour, and more of it where the tip is thin.
     vec3 tint = sqrt(max(albedo, 0.0)) * albedo;
-    result += sun * mix(albedo, tint, 0.5) * (m.translucency * through * thin * open * 1.6);
+    float glow = m.translucency * thin * open;
+    result += sun * mix(albedo, tint, 0.4) * (glow * through * 1.8);
+    result += albedo * view.ambient.rgb * sea * (glow * (0.25 + 0.45 * tip));
 
     float grazing = 1.0 - clamp(dot(n, to_eye), 0.0, 1.0);
     float g2 = grazing * grazing;
     vec3 water = view.scattered.rgb * sea;
-    result += water * (m.rim * g2 * g2 * 1.2 * open);
+    if (!diagram) result += water * (m.rim * g2 * g2 * open * clamp(0.55 + 0.9 * n.y, 0.0, 1.2));
     result += albedo * (m.glow * tip);
 
     float alpha = clamp(m.base.a * circle_radius_coverage.w, 0.0, 1.0);

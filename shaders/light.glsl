@@ -4,5 +4,5 @@
 vec3 ambient_light(vec3 normal, vec3 sea_light, vec3 ground) {
     float up = normal.y * 0.5 + 0.5;
     vec3 water = mix(vec3(1.0), view.scattered.rgb / max(max(view.scattered.r, view.scattered.g), view.scattered.b), 0.35);
-    return view.ambient.rgb * sea_light * mix(ground * 0.45, water, up);
+    return view.ambient.rgb * sea_light * mix(ground * 0.8, water, up);
 }

@@ -10,11 +10,20 @@ layout(location = 0) out vec4 color;
 layout(push_constant) uniform Push {
     float exposure;
     uint encode; // 1: the target stores what it is given; 0: it encodes sRGB by itself
+    int samples; // along each side of a pixel
+    uint curve;  // 0: a diagram, whose colours are shown as they are
 } push;
 
 void main() {
-    vec3 light = texelFetch(hdr, ivec2(gl_FragCoord.xy), 0).rgb * push.exposure;
-    vec3 shown = srgb_encode(neutral_tone(light));
+    // The curve comes before the mean: an edge between dark and dazzling stays smooth.
+    vec3 shown = vec3(0.0);
+    ivec2 corner = ivec2(gl_FragCoord.xy) * push.samples;
+    for (int y = 0; y < push.samples; y++)
+        for (int x = 0; x < push.samples; x++) {
+            vec3 light = texelFetch(hdr, corner + ivec2(x, y), 0).rgb * push.exposure;
+            shown += push.curve == 0u ? clamp(light, 0.0, 1.0) : neutral_tone(light);
+        }
+    shown = srgb_encode(shown / float(push.samples * push.samples));
     shown += (dither(gl_FragCoord.xy) - 0.5) / 255.0;
     if (push.encode == 0u) {
         shown = clamp(shown, 0.0, 1.0);

@@ -60,10 +60,10 @@ impl Show {
         }
     }
 
-    /// Settings of a picture: those of people, with debug lines where the scene asks for them.
+    /// Settings of a picture: smooth edges, and debug lines where the scene asks for them.
     pub fn settings(&self) -> Settings {
         let debug = self.world.scene().file.scene.debug;
-        Settings { debug_channels: if debug { u32::MAX } else { 0 }, ..Settings::default() }
+        Settings { debug_channels: if debug { u32::MAX } else { 0 }, ..Settings::fine() }
     }
 
     /// The world.

@@ -115,8 +115,8 @@ impl<'a> Shape<'a> {
         let mut bumps = FastNoiseLite::with_seed(rock.seed as i32);
         bumps.set_noise_type(Some(NoiseType::OpenSimplex2));
         bumps.set_fractal_type(Some(FractalType::FBm));
-        bumps.set_fractal_octaves(Some(3));
-        bumps.set_frequency(Some(1.1));
+        bumps.set_fractal_octaves(Some(4));
+        bumps.set_frequency(Some(1.2));
         let mut cracks = FastNoiseLite::with_seed(rock.seed.wrapping_add(77) as i32);
         cracks.set_noise_type(Some(NoiseType::OpenSimplex2));
         cracks.set_fractal_type(Some(FractalType::Ridged));
@@ -130,7 +130,7 @@ impl<'a> Shape<'a> {
     fn at(&self, p: Vec3) -> Vec3 {
         let bump = self.bumps.get_noise_3d(p.x, p.y, p.z);
         let crack = self.cracks.get_noise_3d(p.x, p.y, p.z);
-        let r = (0.88 + 0.20 * bump - 0.09 * crack.max(0.0)).clamp(0.6, 1.0);
+        let r = (0.84 + 0.26 * bump - 0.13 * crack.max(0.0)).clamp(0.55, 1.0);
         let q = p * r * Vec3::from(self.rock.half_axes);
         let (sin, cos) = self.rock.yaw.sin_cos();
         Vec3::new(q.x * cos + q.z * sin, q.y, q.z * cos - q.x * sin)

@@ -2,6 +2,7 @@
 //! and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
 
 use glam::{DVec3, Vec3, Vec4};
+use reef_abi as abi;
 
 use super::{
     Settings, Shot,
@@ -13,6 +14,7 @@ use super::{
 use crate::{
     gpu::{Gpu, GpuOptions, Picture, Validation},
     headless::{pictures::write_png, studio::Studio},
+    plugin::streams::Outputs,
     world::frame::{CameraPose, Frame},
 };
 
@@ -52,7 +54,7 @@ fn hero() -> CameraPose {
     sample::looking_at(DVec3::new(0.15, -3.45, 1.5), DVec3::new(0.0, -3.62, 0.0))
 }
 
-fn two_steps(make: impl Fn(f32) -> crate::plugin::streams::Outputs, camera: CameraPose) -> [Frame; 2] {
+fn two_steps(make: impl Fn(f32) -> Outputs, camera: CameraPose) -> [Frame; 2] {
     [sample::frame(1, camera, make(0.0)), sample::frame(2, camera, make(0.12))]
 }
 
@@ -185,6 +187,47 @@ fn a_garden_is_neither_black_nor_flat_and_its_water_changes_from_top_to_bottom()
     ] {
         let shot = Shot { camera, ..shot };
         keep(name, &studio.shoot(&shot, &Settings::default()).expect("a picture"));
+    }
+    drop(studio);
+    gpu.close();
+}
+
+#[test]
+fn a_diagram_has_its_background_and_its_lines_are_wide_enough_to_be_read() {
+    let Some(gpu) = open() else { return };
+    let mut environment = sample::environment();
+    environment.terrain = None;
+    // #F4F4F0, as the figures' scenes have it.
+    environment.plain_background = Some([0.9047, 0.9047, 0.8714]);
+    let camera = sample::looking_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO);
+    let line = |y: f64, channel: u32| abi::DebugLine {
+        from: [-0.5, y, 0.0],
+        delta: [1.0, 0.0, 0.0],
+        color: 0xff00_00ff,
+        channel,
+        spare: 0,
+    };
+    let outputs = Outputs { debug_lines: vec![line(0.0, 0), line(0.3, 1)], ..Outputs::default() };
+    let frame = sample::frame(1, camera, outputs);
+    let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    for settings in [Settings::default(), Settings::fine()] {
+        let settings = Settings { debug_channels: 1, ..settings };
+        let picture = studio.shoot(&shot, &settings).expect("a picture");
+        let corner = picture.pixel(3, 3).expect("inside");
+        for (seen, wanted) in corner.iter().zip([0xf4, 0xf4, 0xf0]) {
+            assert!(
+                seen.abs_diff(wanted) <= 1,
+                "{corner:?}: half floats and dither move a colour by one at most"
+            );
+        }
+        let red = |y: &u32| {
+            let p = picture.pixel(SIZE.0 / 2, *y).expect("inside");
+            p[0] > 200 && p[1] < 120 && p[2] < 120
+        };
+        let rows: Vec<u32> = (0..SIZE.1).filter(red).collect();
+        assert!((2..=4).contains(&rows.len()), "rows {rows:?}");
+        assert!(rows.iter().all(|y| y.abs_diff(SIZE.1 / 2) <= 3), "the other channel is hidden: {rows:?}");
     }
     drop(studio);
     gpu.close();

@@ -65,6 +65,8 @@ pub struct GpuLine {
 /// Something that stands on the ground and keeps light from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stander {
+    /// World position of its object [m]: it stays while the rest of the plant sways.
+    pub origin: DVec3,
     /// World position of its base [m].
     pub base: DVec3,
     /// Radius of the base [m].
@@ -165,7 +167,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             object: object_base + fibre.object,
             previous_node,
             current_node: current_base + fibre.first_node,
-            nodes_flags: (fibre.node_count & 0xffff) | (fibre.flags & 0xff) << 16,
+            nodes_flags: fibre.node_count.min(0xffff) | (fibre.flags & 0xff) << 16,
             material: material_base + fibre.material,
             variation: fibre.variation,
             sides: fibre.sides.clamp(3, 64),
@@ -239,36 +241,46 @@ impl Matches {
     }
 }
 
-/// What stands on the ground: the wide foot of each object that has one, else the object as a whole.
+/// What stands on the ground: the wide foot of each object that has one, else the spread of its fibres' roots. Only what
+/// does not move while a plant sways goes into it (roots and radii), so that it is the same in every step.
 pub fn standers(frame: &Frame) -> Vec<Stander> {
     let mut standers = Vec::new();
     for outputs in &frame.outputs {
+        // The roots' middle and reach of each object; None: it has no fibres, or a foot.
+        let mut roots: Vec<Option<(Vec3, Vec3, f32)>> = vec![None; outputs.objects.len()];
         let mut footed = vec![false; outputs.objects.len()];
-        for fibre in outputs.fibres.iter().filter(|f| f.flags & abi::FIBRE_CAP != 0) {
-            let object = &outputs.objects[fibre.object as usize];
+        for fibre in &outputs.fibres {
+            let index = fibre.object as usize;
             let nodes = &outputs.fibre_nodes[fibre.first_node as usize..][..fibre.node_count as usize];
             let (Some(root), Some(top)) = (nodes.first(), nodes.last()) else { continue };
-            footed[fibre.object as usize] = true;
-            standers.push(Stander {
-                base: DVec3::from(object.origin) + Vec3::from(root.position).as_dvec3(),
-                base_radius: root.radius,
-                crown_radius: (object.bounds_radius * 0.62).max(top.radius),
-                crown_height: top.position[1] - root.position[1],
-            });
-        }
-        for (object, _) in outputs.objects.iter().zip(&footed).filter(|(_, footed)| !**footed) {
-            if object.bounds_radius > 0.0 && object.bounds_radius < 3.0 {
-                let low = f64::from(object.bounds_center[1] - object.bounds_radius);
+            let at = Vec3::from(root.position);
+            if fibre.flags & abi::FIBRE_CAP != 0 {
+                footed[index] = true;
+                let origin = DVec3::from(outputs.objects[index].origin);
                 standers.push(Stander {
-                    base: DVec3::from(object.origin)
-                        + DVec3::new(
-                            f64::from(object.bounds_center[0]),
-                            low,
-                            f64::from(object.bounds_center[2]),
-                        ),
-                    base_radius: object.bounds_radius * 0.15,
-                    crown_radius: object.bounds_radius * 0.5,
-                    crown_height: object.bounds_radius,
+                    origin,
+                    base: origin + at.as_dvec3(),
+                    base_radius: root.radius,
+                    crown_radius: 2.1 * top.radius.max(root.radius * 0.7),
+                    crown_height: 1.2 * root.radius,
+                });
+            } else {
+                let seen = roots[index].get_or_insert((at, at, root.radius));
+                *seen = (seen.0.min(at), seen.1.max(at), seen.2.max(root.radius));
+            }
+        }
+        for ((object, roots), footed) in outputs.objects.iter().zip(&roots).zip(&footed) {
+            let (Some((low, high, radius)), false) = (roots, footed) else { continue };
+            let reach = low.distance(*high) * 0.5 + radius * 2.0;
+            // A whole meadow in one object has no one place.
+            if reach < 1.0 {
+                let origin = DVec3::from(object.origin);
+                standers.push(Stander {
+                    origin,
+                    base: origin + ((*low + *high) * 0.5).as_dvec3(),
+                    base_radius: reach,
+                    crown_radius: reach * 1.6,
+                    crown_height: reach,
                 });
             }
         }
@@ -344,6 +356,20 @@ mod tests {
         let g = gathered(two_objects([5, 9], 0.0), now);
         assert_eq!((g.fibres[0].blend, g.fibres[1].blend), (0.25, 1.0));
         assert!(g.previous_nodes.len() >= 3);
+    }
+
+    #[test]
+    fn what_stands_on_the_ground_is_the_same_while_it_sways() {
+        let environment = sample::environment();
+        let camera = sample::looking_at(DVec3::ONE, DVec3::ZERO);
+        let [still, swaying] = [0.0, 0.4].map(|sway| {
+            // The sample's roots of tentacles move with the foot; its feet do not.
+            let mut outputs = sample::garden(&environment, sway);
+            outputs.fibres.retain(|fibre| fibre.flags != 0);
+            standers(&sample::frame(1, camera, outputs))
+        });
+        assert!(still.len() > 20);
+        assert_eq!(still, swaying);
     }
 
     #[test]

@@ -70,6 +70,8 @@ pub struct Settings {
     pub line_width: f32,
     /// Brightness of the picture; 1 is the scene's own.
     pub exposure: f32,
+    /// Samples along each side of a pixel, 1 to 4: 2 makes smooth edges for four times the work.
+    pub samples: u32,
 }
 
 impl Default for Settings {
@@ -80,7 +82,15 @@ impl Default for Settings {
             debug_channels: u32::MAX,
             line_width: 2.5,
             exposure: 1.0,
+            samples: 1,
         }
+    }
+}
+
+impl Settings {
+    /// For pictures that nobody waits for: smooth edges.
+    pub fn fine() -> Self {
+        Self { samples: 2, ..Self::default() }
     }
 }
 
@@ -155,7 +165,10 @@ impl Renderer {
     ) -> Result<()> {
         let environment = shot.environment;
         self.follow(environment)?;
-        let size = target.size();
+        let most =
+            self.gpu.info().limits.max_image_dimension2_d / target.size().0.max(target.size().1).max(1);
+        let samples = settings.samples.clamp(1, 4).min(most.max(1));
+        let size = (target.size().0 * samples, target.size().1 * samples);
         let lens = Lens::new(&shot.camera, [size.0, size.1], view::visibility(environment));
         let gathered =
             gather::gather(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
@@ -180,8 +193,11 @@ impl Renderer {
         self.rocks.draw(frame, view, &lens, &self.textures, &targets)?;
         self.sky.draw(frame, view, &targets)?;
         self.fibres.draw(frame, view, &targets)?;
-        self.lines.draw(frame, view, &gathered.lines, settings.line_width, &targets)?;
-        self.tone.draw(frame, &targets, settings.exposure, target)?;
+        let width = settings.line_width * samples as f32;
+        self.lines.draw(frame, view, &gathered.lines, width, &targets)?;
+        let diagram = environment.plain_background.is_some();
+        let finish = tone::Finish { exposure: settings.exposure, samples, diagram };
+        self.tone.draw(frame, &targets, finish, target)?;
         self.targets = Some(targets);
         Ok(())
     }

@@ -13,6 +13,19 @@ use crate::gpu::{
 struct Push {
     exposure: f32,
     encode: u32,
+    samples: i32,
+    curve: u32,
+}
+
+/// How light becomes colour.
+#[derive(Clone, Copy)]
+pub struct Finish {
+    /// Brightness; 1 is the scene's own.
+    pub exposure: f32,
+    /// Samples along each side of a pixel.
+    pub samples: u32,
+    /// A diagram, whose colours are shown as they are.
+    pub diagram: bool,
 }
 
 /// The pass that finishes a picture.
@@ -35,7 +48,7 @@ impl Tone {
         &mut self,
         frame: &mut Frame<'_>,
         targets: &Targets,
-        exposure: f32,
+        finish: Finish,
         picture: &Image,
     ) -> Result<()> {
         let format = picture.format();
@@ -57,7 +70,12 @@ impl Tone {
             |cmd| {
                 cmd.pipeline(pipeline)?;
                 cmd.bind(&[(0, Resource::Texture(&targets.light, self.sampler))])?;
-                cmd.push(&Push { exposure, encode: u32::from(!encodes) })?;
+                cmd.push(&Push {
+                    exposure: finish.exposure,
+                    encode: u32::from(!encodes),
+                    samples: finish.samples as i32,
+                    curve: u32::from(!finish.diagram),
+                })?;
                 cmd.draw(0..3, 0..1);
                 Ok(())
             },

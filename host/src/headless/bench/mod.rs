@@ -4,6 +4,7 @@
 pub mod allocations;
 mod fibre;
 pub mod measure;
+mod render;
 pub mod report;
 
 use report::Report;
@@ -29,11 +30,18 @@ struct Bench {
     run: fn(&Common) -> Result<Report, Failure>,
 }
 
-const BENCHES: &[Bench] = &[Bench {
-    name: "fibre",
-    about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
-    run: fibre::run,
-}];
+const BENCHES: &[Bench] = &[
+    Bench {
+        name: "fibre",
+        about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
+        run: fibre::run,
+    },
+    Bench {
+        name: "render",
+        about: "milliseconds a frame of 1000, 2000 and 4000 tentacles over a lit bed",
+        run: render::run,
+    },
+];
 
 /// Measures and prints. A bar that was missed ends it with exit code 1, after all benches ran.
 pub fn run(common: &Common, args: &Args) -> Outcome {
