@@ -13,6 +13,8 @@ use super::panel::{
 pub struct Gui {
     ctx: egui::Context,
     state: egui_winit::State,
+    /// The pointer, in points.
+    pointer: Option<egui::Pos2>,
     shown: bool,
     hint: Hint,
 }
@@ -40,7 +42,7 @@ impl Gui {
             None,
             largest_texture,
         );
-        Self { ctx, state, shown: true, hint: Hint::default() }
+        Self { ctx, state, pointer: None, shown: true, hint: Hint::default() }
     }
 
     /// egui's context.
@@ -66,7 +68,22 @@ impl Gui {
             // Its wish to be painted again is granted anyway: every frame is painted.
             let _ = self.state.on_window_event(window, event);
         }
-        Free { pointer: !self.ctx.egui_wants_pointer_input(), keyboard: !typing }
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let scale = egui_winit::pixels_per_point(&self.ctx, window);
+                self.pointer = Some(egui::pos2(position.x as f32 / scale, position.y as f32 / scale));
+            }
+            WindowEvent::CursorLeft { .. } => self.pointer = None,
+            _ => {}
+        }
+        Free { pointer: !self.is_over_panel(), keyboard: !typing }
+    }
+
+    /// Where the pointer is now, not where it was when the panel was painted: a press may follow a leap of the pointer
+    /// within one frame.
+    fn is_over_panel(&self) -> bool {
+        let layer = self.pointer.and_then(|pointer| self.ctx.layer_id_at(pointer));
+        self.ctx.egui_is_using_pointer() || layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// One run: what was asked for, and what is to be painted.

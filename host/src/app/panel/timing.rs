@@ -113,6 +113,7 @@ fn passes(ui: &mut Ui, timing: &Timing) {
 
 fn milliseconds(ms: f32) -> String {
     match ms {
+        ms if ms < 0.1 => format!("{:.0} µs", ms * 1000.0),
         ms if ms < 1.0 => format!("{ms:.2} ms"),
         ms if ms < 100.0 => format!("{ms:.1} ms"),
         ms => format!("{ms:.0} ms"),
