@@ -49,14 +49,14 @@ impl Bench {
     }
 
     fn reef(&self) -> Command {
-        let mut command = Command::new(self.folder.path().join("reef"));
-        command.arg("--assets").arg(workspace().join("assets"));
-        command
+        Command::new(self.folder.path().join("reef"))
     }
 
     fn start(&self, args: &[&str]) -> Child {
         self.reef()
             .args(args)
+            .arg("--assets")
+            .arg(workspace().join("assets"))
             .current_dir(self.folder.path())
             .env("DISPLAY", &self.display.name)
             .env_remove("WAYLAND_DISPLAY")
@@ -189,6 +189,7 @@ fn what_hands_did_in_the_window_is_replayed_headless_to_the_same_bytes() {
     let replay = |journal: &[&str]| {
         let mut sim = bench.reef();
         sim.args(["sim", "reef", "--steps", &steps, "--hash", "--json"]).args(journal);
+        sim.arg("--assets").arg(workspace().join("assets"));
         let output = sim.current_dir(bench.folder.path()).output().expect("reef starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         summary(&output)["hash"].as_str().expect("a hash").to_owned()

@@ -105,7 +105,7 @@ impl Gui {
             if shown {
                 panel::show(ui.ctx(), model, &mut actions);
             }
-            hint::show(ui.ctx(), &hint);
+            hint::show(ui.ctx(), &hint, if shown { panel::width(ui.ctx()) } else { 0.0 });
         });
         let platform = std::mem::take(&mut output.platform_output);
         self.state.handle_platform_output_with_event_loop(window, event_loop, platform);

@@ -40,22 +40,23 @@ impl Hint {
     }
 }
 
-/// Draws the line at the bottom of the window.
-pub fn show(ctx: &egui::Context, hint: &Hint) {
+/// Draws the line at the bottom of the window, in the middle of what the panel (this wide) leaves.
+pub fn show(ctx: &egui::Context, hint: &Hint, panel: f32) {
     let opacity = hint.opacity();
-    if opacity <= 0.0 || ctx.content_rect().width() < 300.0 {
+    let room = ctx.content_rect().width() - panel;
+    if opacity <= 0.0 || room < 240.0 {
         return;
     }
     let text = "Drag to look around  ·  wheel to come closer  ·  W A S D to swim  ·  right-drag to stir the water  ·  \
                 Tab: panel";
     egui::Area::new(egui::Id::new("hint"))
-        .anchor(Align2::CENTER_BOTTOM, [0.0, -18.0])
+        .anchor(Align2::CENTER_BOTTOM, [-panel / 2.0, -18.0])
         .interactable(false)
         .show(ctx, |ui| {
             ui.set_opacity(opacity);
             let fill = Color32::from_rgba_premultiplied(4, 13, 20, 176);
             style::frame().fill(fill).show(ui, |ui| {
-                ui.set_max_width((ctx.content_rect().width() - 60.0).min(760.0));
+                ui.set_max_width((room - 60.0).min(760.0));
                 ui.label(RichText::new(text).size(14.0).color(style::TEXT));
             });
         });

@@ -20,11 +20,17 @@ const MARGIN: f32 = 10.0;
 /// Slowest and fastest sea.
 const SPEED: (f64, f64) = (0.1, 8.0);
 
+/// How much of the window's width the panel takes, in points; nothing where it would cover everything.
+pub fn width(ctx: &egui::Context) -> f32 {
+    let screen = ctx.content_rect();
+    let small = screen.width() < WIDTH + 4.0 * MARGIN || screen.height() < 120.0;
+    if small { 0.0 } else { WIDTH + 2.0 * MARGIN + 24.0 }
+}
+
 /// Draws the panel at the right edge and gathers what was asked for.
 pub fn show(ctx: &egui::Context, model: &mut PanelModel, actions: &mut Vec<Action>) {
     let screen = ctx.content_rect();
-    // In a window this small the panel would cover everything.
-    if screen.width() < WIDTH + 4.0 * MARGIN || screen.height() < 120.0 {
+    if width(ctx) == 0.0 {
         return;
     }
     egui::Area::new(egui::Id::new("panel"))

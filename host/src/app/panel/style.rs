@@ -59,6 +59,8 @@ pub fn apply(ctx: &egui::Context) {
             widget.weak_bg_fill = shade;
             widget.corner_radius = CornerRadius::same(4);
         }
+        // An empty check box has to be seen.
+        visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, Color32::from_rgb(58, 98, 114));
         visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, Color32::from_rgb(28, 56, 68));
     });
 }
