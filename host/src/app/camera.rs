@@ -88,7 +88,7 @@ impl Rig {
         let log_arm = distance.clamp(ARM.0, ARM.1).ln();
         let mut rig =
             Self { anchor: pose.position, yaw, pitch: pitch.clamp(-PITCH_LIMIT, PITCH_LIMIT), log_arm };
-        rig.anchor = rig.anchor + rig.forward() * rig.arm(mode);
+        rig.anchor += rig.forward() * rig.arm(mode);
         rig
     }
 }

@@ -93,7 +93,8 @@ fn enter_sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
 /// Height of the ground [m] at x, z: bilinear, its edge continued outward.
 pub fn ground(terrain: &Terrain, x: f64, z: f64) -> f64 {
     let (columns, rows) = (terrain.columns as usize, terrain.rows as usize);
-    if columns == 0 || rows == 0 || terrain.heights.len() < columns * rows || !(terrain.cell > 0.0) {
+    let sound = terrain.cell.is_finite() && terrain.cell > 0.0;
+    if columns == 0 || rows == 0 || terrain.heights.len() < columns * rows || !sound {
         return f64::NEG_INFINITY;
     }
     let along = |value: f64, origin: f64, count: usize| {

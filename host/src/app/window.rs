@@ -303,11 +303,7 @@ impl Shell {
         let mut command = None;
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::RedrawRequested => {
-                if open.is_seen(&self.wishes) {
-                    self.frame(event_loop)?;
-                }
-            }
+            WindowEvent::RedrawRequested if open.is_seen(&self.wishes) => self.frame(event_loop)?,
             WindowEvent::Resized(size) => {
                 open.size = *size;
                 open.stage.resized((size.width, size.height));
