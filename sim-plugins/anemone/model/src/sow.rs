@@ -64,7 +64,7 @@ struct Kind {
 pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigError> {
     let plants = config.anemones.len() as u64
         + config.scatter.iter().map(|s| u64::from(s.count)).sum::<u64>()
-        + config.fibres.iter().map(|g| u64::from(g.count[0]) * u64::from(g.count[1])).sum::<u64>()
+        + config.fibres.iter().map(|g| u64::from(g.count[0]) * u64::from(g.count[1]) / 64).sum::<u64>()
         + config.tufts.len() as u64;
     if plants > MOST_PLANTS {
         return Err(ConfigError::new("", format!("asks for {plants} plants; the limit is {MOST_PLANTS}")));
@@ -322,6 +322,9 @@ fn footless(guides: Vec<Strand>, followers: Vec<(Strand, [u32; 3], [f32; 3])>, s
     Plant { foot: None, guides, followers, wanted, reach: spread + longest, middle: 0.0, crown: spread }
 }
 
+/// Rows and columns of a grid that are one object: they fill a batch, and their positions stay near its origin.
+const PATCH: usize = 8;
+
 fn fibre_grid(
     scene: &SceneInfo,
     grid: &FibreGrid,
@@ -345,37 +348,47 @@ fn fibre_grid(
     }
     let drag = if grid.drag.is_some() { Drag::Given } else { Drag::Area { coefficient: 0.5 } };
     let (s, c) = math::sin_cos(grid.lean.to_radians());
+    let strand = Strand {
+        shape,
+        place: Place {
+            offset: DVec3::ZERO,
+            frame: Frame { x: DVec3::new(c, 0.0, -s), y: DVec3::Y, z: DVec3::new(s, 0.0, c) },
+        },
+        stiffness: (grid.stiffness, grid.exponent),
+        relaxation: grid.relaxation,
+        break_force: grid.break_force.unwrap_or(f64::INFINITY),
+        // Equal fibres look alike.
+        variation: 0x0080_8080,
+    };
     let [columns, rows] = grid.count;
-    for row in 0..rows {
-        for column in 0..columns {
-            let offset = |i: u32, count: u32| (f64::from(i) - 0.5 * f64::from(count - 1)) * grid.spacing;
-            let place =
-                DVec3::from(grid.position) + DVec3::new(offset(column, columns), 0.0, offset(row, rows));
-            let strand = Strand {
-                shape: shape.clone(),
-                place: Place {
-                    offset: DVec3::ZERO,
-                    frame: Frame { x: DVec3::new(c, 0.0, -s), y: DVec3::Y, z: DVec3::new(s, 0.0, c) },
-                },
-                stiffness: (grid.stiffness, grid.exponent),
-                relaxation: grid.relaxation,
-                break_force: grid.break_force.unwrap_or(f64::INFINITY),
-                // Equal fibres look alike.
-                variation: 0x0080_8080,
-            };
-            harvest.seedlings.push(Seedling {
-                plant: footless(vec![strand], Vec::new(), root * unit),
-                position: place * unit,
-                grounded: false,
-                yaw: 0.0,
-                drag,
-                weight: 0.0,
-                materials: [material; 2],
-                sides: [grid.sides; 2],
-                flatness: 1.0,
-                species: 0,
-            });
+    let offset = |i: u32, count: u32| (f64::from(i) - 0.5 * f64::from(count - 1)) * grid.spacing * unit;
+    for (from_row, from_column) in
+        (0..rows).step_by(PATCH).flat_map(|row| (0..columns).step_by(PATCH).map(move |column| (row, column)))
+    {
+        let corner = DVec3::new(offset(from_column, columns), 0.0, offset(from_row, rows));
+        let mut strands = Vec::with_capacity(PATCH * PATCH);
+        for row in (from_row..rows).take(PATCH) {
+            for column in (from_column..columns).take(PATCH) {
+                let place = DVec3::new(offset(column, columns), 0.0, offset(row, rows)) - corner;
+                let mut strand = strand.clone();
+                // The stand's axes: x, the other way along z, up.
+                strand.place.offset = DVec3::new(place.x, -place.z, 0.0);
+                strands.push(strand);
+            }
         }
+        let spread = strands.iter().map(|s| s.place.offset.length()).fold(root * unit, f64::max);
+        harvest.seedlings.push(Seedling {
+            plant: footless(strands, Vec::new(), spread),
+            position: DVec3::from(grid.position) * unit + corner,
+            grounded: false,
+            yaw: 0.0,
+            drag,
+            weight: 0.0,
+            materials: [material; 2],
+            sides: [grid.sides; 2],
+            flatness: 1.0,
+            species: 0,
+        });
     }
     Ok(())
 }

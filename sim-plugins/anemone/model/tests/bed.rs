@@ -411,7 +411,7 @@ fn wild_counts_are_refused_with_the_limit_named() {
         "400000",
     );
     let grid = FibreGrid { count: [1000, 1000], ..FibreGrid::default() };
-    refuse(Config { fibres: vec![grid], ..Config::default() }, "", "20000");
+    refuse(Config { fibres: vec![grid], ..Config::default() }, "fibres[0]", "400000");
     let tuft = Tuft { fibres: 10, guides: 20, ..Tuft::default() };
     refuse(Config { tufts: vec![tuft], ..Config::default() }, "tufts[0].fibres", "guides");
     let mut unknown = one_strawberry();

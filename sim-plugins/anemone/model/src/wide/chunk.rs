@@ -64,6 +64,8 @@ pub(crate) struct Group {
     pub(crate) break2: Eight,
     /// 1: broken off.
     pub(crate) broken: Eight,
+    /// Unit vector across the first segment, of the pose that was emitted last.
+    normal: [Eight; 3],
     /// The root and its frame in the carrier's axes.
     place: [Eight; 3],
     place_frame: [[Eight; 3]; 3],
@@ -308,8 +310,11 @@ impl Chunk {
         }
     }
 
-    /// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius.
-    pub fn emit(&self, into: &mut [[f32; 4]]) {
+    /// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius. Works out [`Self::normal`].
+    pub fn emit(&mut self, into: &mut [[f32; 4]]) {
+        for (root, lowest) in self.roots.iter_mut().zip(&self.poses) {
+            root.set_normal(&lowest.direction);
+        }
         let nodes = self.segments + 1;
         for (g, root) in self.roots.iter().enumerate() {
             let lanes = LANES.min(self.count - g * LANES);
@@ -362,14 +367,10 @@ impl Chunk {
         Frame { x, y, z }
     }
 
-    /// A unit vector across a fibre's first segment, carried from its root without twist.
+    /// A unit vector across a fibre's first segment, carried from its root without twist; of the pose that was emitted
+    /// last.
     pub fn normal(&self, fibre: usize) -> Vec3 {
-        let (group, at) = (fibre / LANES, fibre % LANES);
-        let frame = &self.roots[group].frame;
-        let (x, z) = (Self::vector(&frame[0], at), Self::vector(&frame[2], at));
-        let d = self.direction(fibre, 0);
-        let across = x - (z + d) * (x.dot(d) / (1.0 + z.dot(d)).max(1e-3));
-        (across - d * across.dot(d)).try_normalize().unwrap_or_else(|| d.any_orthonormal_vector())
+        Self::vector(&self.roots[fibre / LANES].normal, fibre % LANES)
     }
 
     /// A fibre's shape, as the kernel has it.
@@ -408,7 +409,7 @@ impl Chunk {
 
     /// Whether a fibre is broken off.
     pub fn is_broken(&self, fibre: usize) -> bool {
-        self.roots[fibre / LANES].broken[fibre % LANES] != 0.0
+        self.breakable && self.roots[fibre / LANES].broken[fibre % LANES] != 0.0
     }
 
     /// Numbers of state a chunk has: see [`Self::save`].
@@ -449,6 +450,20 @@ impl Chunk {
 }
 
 impl Group {
+    /// Carries the root frame's x to the first segment's direction by the smallest turn.
+    fn set_normal(&mut self, direction: &[Eight; 3]) {
+        let [fx, _, fz] = &self.frame;
+        for at in 0..LANES {
+            let [x, z, d] = [fx, fz, direction].map(|axis| Vec3::new(axis[0][at], axis[1][at], axis[2][at]));
+            let across = x - (z + d) * (x.dot(d) / (1.0 + z.dot(d)).max(1e-3));
+            let across = across - d * across.dot(d);
+            let normal = across * (1.0 / across.length().max(1e-6));
+            for (axis, value) in self.normal.iter_mut().zip(normal.to_array()) {
+                axis[at] = value;
+            }
+        }
+    }
+
     /// Before any fibre is in it.
     fn idle() -> Self {
         Self {
@@ -462,6 +477,7 @@ impl Group {
             noise2: [0.0; LANES],
             break2: [f32::MAX; LANES],
             broken: [0.0; LANES],
+            normal: [[1.0; LANES], [0.0; LANES], [0.0; LANES]],
             place: [[0.0; LANES]; 3],
             place_frame: [[[0.0; LANES]; 3]; 3],
         }

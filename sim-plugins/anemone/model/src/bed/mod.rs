@@ -1,0 +1,388 @@
+//! All plants of a scene, stepped together.
+//!
+//! A step goes in three waves, each spread over the workers in fixed pieces: the feet; the fibres on them, whose roots ride
+//! on the feet as they have just become; the fibres that follow guides. Each piece packs the flow around itself once
+//! and, when it is done, writes its nodes to where they are emitted.
+
+mod emit;
+mod ground;
+mod pack;
+
+use glam::DVec3;
+use reef_flow::{Field, Level, Packed, Sphere};
+use reef_sdk::{
+    Chunks, Heightfield, Parts, Workers,
+    abi::{self, Flow, Material, Obstacle},
+};
+
+use crate::{
+    frame::Frame,
+    sow::Harvest,
+    wide::{self, Blend, Chunk, Contacts, Force, StepConstants},
+};
+
+/// What surrounds the plants in one step.
+#[derive(Debug)]
+pub struct Surroundings<'a> {
+    /// All primitives, in the host's order.
+    pub flow: &'a [Flow],
+    /// Rocks.
+    pub obstacles: &'a [Obstacle],
+    /// The sea bed.
+    pub ground: Option<Heightfield<'a>>,
+    /// ρ [kg/m³].
+    pub density: f32,
+    /// μ [Pa s].
+    pub viscosity: f32,
+    /// Length of the step [s]; 0: only emit.
+    pub dt: f64,
+    /// Instruction set.
+    pub level: Level,
+    /// Who shares the work.
+    pub workers: Workers<'a>,
+}
+
+/// What a person may change while the sea runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Factor on every K.
+    pub stiffness: f64,
+    /// Added to every n.
+    pub exponent: f64,
+    /// Factor on every τ.
+    pub damping: f64,
+    /// Factor on every drag force.
+    pub drag: f32,
+    /// Factor on the flow's velocity.
+    pub current: f32,
+    /// Stiffness of contacts over that of the touching node.
+    pub contact: f32,
+    /// The law of fibres whose drag is an area.
+    pub force: Force,
+    /// Loads without deformation.
+    pub rigid: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let constants = StepConstants::default();
+        Self {
+            stiffness: 1.0,
+            exponent: 0.0,
+            damping: 1.0,
+            drag: constants.drag,
+            current: constants.current,
+            contact: constants.contact,
+            force: constants.force,
+            rigid: constants.rigid,
+        }
+    }
+}
+
+/// Which list of batches a fibre is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wave {
+    Feet,
+    Fibres,
+    Followers,
+}
+
+/// Where a fibre is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    pub(crate) wave: Wave,
+    pub(crate) batch: u32,
+    pub(crate) lane: u32,
+    pub(crate) nodes: u32,
+}
+
+/// Fibres that one job steps.
+#[derive(Clone, Debug)]
+pub(crate) struct Batch {
+    pub(crate) chunk: Chunk,
+    /// The plant of each fibre.
+    pub(crate) plants: Vec<u32>,
+    /// The guides of each fibre (followers only).
+    blends: Vec<Blend>,
+    /// All fibres ride on one foot.
+    riding: bool,
+    /// What offsets and flow are relative to [m, world].
+    pub(crate) anchor: DVec3,
+    bounds: Sphere,
+    pub(crate) packed: Packed,
+    contacts: Contacts,
+}
+
+/// One plant in the bed.
+#[derive(Clone, Debug)]
+pub(crate) struct Standing {
+    position: DVec3,
+    grounded: bool,
+    yaw: f64,
+    /// World position that its nodes are relative to [m].
+    pub(crate) origin: DVec3,
+    stand: Frame,
+    /// Top of the foot, relative to the origin; the stand itself without one.
+    top: (DVec3, Frame),
+    foot: Option<Spot>,
+    reach: f64,
+    crown: f64,
+    species: u32,
+    /// Its fibres in [`Bed::fibres`]: the foot first.
+    fibres: core::ops::Range<usize>,
+}
+
+/// All plants of a scene.
+#[derive(Clone, Debug)]
+pub struct Bed {
+    pub(crate) plants: Vec<Standing>,
+    feet: Vec<Batch>,
+    pub(crate) fibres: Vec<Batch>,
+    followers: Vec<Batch>,
+    spots: Vec<Spot>,
+    /// What of each fibre never changes in the streams.
+    templates: Vec<abi::Fibre>,
+    materials: Vec<Material>,
+    /// Where each batch's nodes begin, one more at the end; the three waves one after the other.
+    node_bounds: [Vec<usize>; 3],
+    nodes: usize,
+    field: Field,
+    applied: (f64, f64),
+    placed: bool,
+    /// Poses must be rebuilt from the bends before anything else.
+    stale: bool,
+}
+
+impl Bed {
+    /// Packs the plants.
+    pub(crate) fn new(harvest: Harvest) -> Self {
+        let mut bed = Self {
+            plants: Vec::new(),
+            feet: Vec::new(),
+            fibres: Vec::new(),
+            followers: Vec::new(),
+            spots: Vec::new(),
+            templates: Vec::new(),
+            materials: harvest.materials,
+            node_bounds: Default::default(),
+            nodes: 0,
+            field: Field::new(),
+            applied: (1.0, 0.0),
+            placed: false,
+            stale: true,
+        };
+        bed.pack(&harvest.seedlings);
+        bed
+    }
+
+    fn wave_nodes(&self, wave: usize) -> usize {
+        self.node_bounds[wave].last().copied().unwrap_or(0)
+    }
+
+    /// Nodes of all fibres.
+    pub fn node_count(&self) -> usize {
+        self.nodes
+    }
+
+    /// Fibres, feet included.
+    pub fn fibre_count(&self) -> usize {
+        self.spots.len()
+    }
+
+    /// Plants, bare fibres included.
+    pub fn plant_count(&self) -> usize {
+        self.plants.len()
+    }
+
+    /// Local flow primitives that were evaluated in the last step, and those that bounding spheres saved, both times the
+    /// nodes that they would have been evaluated at.
+    pub fn evaluations(&self) -> (u64, u64) {
+        self.feet.iter().chain(&self.fibres).fold((0, 0), |(done, saved), batch| {
+            let nodes = (batch.chunk.nodes() - batch.chunk.count()) as u64;
+            (
+                done + nodes * u64::from(batch.packed.evaluated()),
+                saved + nodes * u64::from(batch.packed.saved()),
+            )
+        })
+    }
+
+    /// Vertices of all rings at full detail.
+    pub fn vertex_count(&self) -> u64 {
+        self.templates.iter().map(|fibre| u64::from(fibre.node_count) * u64::from(fibre.sides)).sum()
+    }
+
+    /// One step; with dt = 0 the poses stay. Writes all nodes to `nodes`, which must have room for
+    /// [`Self::node_count`].
+    pub fn step(&mut self, around: &Surroundings<'_>, settings: &Settings, nodes: &mut [[f32; 4]]) {
+        if !self.placed {
+            self.place(around);
+        }
+        if self.stale {
+            self.rebuild(around.level);
+        }
+        if self.applied != (settings.stiffness, settings.exponent) {
+            self.applied = (settings.stiffness, settings.exponent);
+            for batch in self.feet.iter_mut().chain(&mut self.fibres) {
+                batch.chunk.set_stiffness(settings.stiffness, settings.exponent);
+            }
+        }
+        let constants = StepConstants {
+            density: around.density,
+            viscosity: around.viscosity,
+            drag: settings.drag,
+            current: settings.current,
+            contact: settings.contact,
+            force: settings.force,
+            rigid: settings.rigid,
+        };
+        let moving = around.dt > 0.0;
+        if moving {
+            self.field.refill(around.flow);
+        }
+        let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
+        let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
+        let Self { plants, feet, fibres, followers, node_bounds, field, .. } = self;
+        let advance = |batch: &mut Batch| {
+            batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
+            batch.chunk.set_gain(around.dt, settings.damping);
+            wide::step(around.level, &mut batch.chunk, &batch.packed, &batch.contacts, &constants);
+        };
+        around.workers.for_each_part(
+            (Chunks::new(feet, 1), Parts::new(feet_nodes, &node_bounds[0])),
+            |_, (batch, nodes)| {
+                for batch in batch {
+                    if moving {
+                        advance(batch);
+                    }
+                    batch.chunk.emit(nodes);
+                }
+            },
+        );
+        if moving {
+            ride(plants, feet);
+        }
+        let plants = &*plants;
+        around.workers.for_each_part(
+            (Chunks::new(fibres, 1), Parts::new(fibre_nodes, &node_bounds[1])),
+            |_, (batch, nodes)| {
+                for batch in batch {
+                    if moving {
+                        batch.carry(plants);
+                        batch.touch(around.obstacles, settings.contact);
+                        advance(batch);
+                    }
+                    batch.chunk.emit(nodes);
+                }
+            },
+        );
+        let fibres = &*fibres;
+        around.workers.for_each_part(
+            (Chunks::new(followers, 1), Parts::new(follower_nodes, &node_bounds[2])),
+            |_, (batch, nodes)| {
+                for batch in batch {
+                    if moving {
+                        batch.carry(plants);
+                        batch.follow(around.level, fibres);
+                    }
+                    batch.chunk.emit(nodes);
+                }
+            },
+        );
+    }
+
+    /// Puts every plant on the ground, once.
+    fn place(&mut self, around: &Surroundings<'_>) {
+        for plant in &mut self.plants {
+            let buried = plant.foot.map_or(0.0, |spot| {
+                ground::BURIED * f64::from(self.feet[spot.batch as usize].chunk.radius(spot.lane as usize, 0))
+            });
+            plant.stand_on(around.ground.as_ref(), around.obstacles, buried);
+        }
+        let plants = &self.plants;
+        for batch in self.feet.iter_mut().chain(&mut self.fibres).chain(&mut self.followers) {
+            batch.settle(plants, around.ground.as_ref());
+        }
+        self.placed = true;
+        self.stale = true;
+    }
+
+    /// Poses from bends.
+    fn rebuild(&mut self, level: Level) {
+        for batch in &mut self.feet {
+            wide::rebuild(level, &mut batch.chunk);
+        }
+        ride(&mut self.plants, &self.feet);
+        let plants = &self.plants;
+        for batch in &mut self.fibres {
+            batch.carry(plants);
+            wide::rebuild(level, &mut batch.chunk);
+        }
+        let fibres = &self.fibres;
+        for batch in &mut self.followers {
+            batch.carry(plants);
+            batch.follow(level, fibres);
+        }
+        self.stale = false;
+    }
+
+    fn batch(&self, spot: &Spot) -> Option<&Batch> {
+        match spot.wave {
+            Wave::Feet => self.feet.get(spot.batch as usize),
+            Wave::Fibres => self.fibres.get(spot.batch as usize),
+            Wave::Followers => self.followers.get(spot.batch as usize),
+        }
+    }
+
+    /// Every number that a later step depends on.
+    pub fn save(&self) -> Vec<f32> {
+        let mut state = Vec::new();
+        for batch in self.feet.iter().chain(&self.fibres) {
+            batch.chunk.save(&mut state);
+        }
+        state
+    }
+
+    /// Takes back what [`Self::save`] wrote; says what is wrong with it otherwise.
+    pub fn load(&mut self, state: &[f32]) -> Result<(), String> {
+        let wanted: usize = self.feet.iter().chain(&self.fibres).map(|batch| batch.chunk.state_len()).sum();
+        if state.len() != wanted {
+            return Err(format!("holds {} numbers; these plants have {wanted}", state.len()));
+        }
+        let mut rest = state;
+        for batch in self.feet.iter_mut().chain(&mut self.fibres) {
+            let (own, after) = rest.split_at(batch.chunk.state_len());
+            if !batch.chunk.load(own) {
+                return Err("holds a number that is not finite".to_owned());
+            }
+            rest = after;
+        }
+        self.stale = true;
+        Ok(())
+    }
+}
+
+/// Tells every plant where the top of its foot is.
+fn ride(plants: &mut [Standing], feet: &[Batch]) {
+    for plant in plants {
+        if let Some((chunk, lane)) =
+            plant.foot.and_then(|spot| Some((&feet.get(spot.batch as usize)?.chunk, spot.lane as usize)))
+        {
+            plant.top = (chunk.node(lane, chunk.segments()).as_dvec3(), chunk.tip_frame(lane));
+        }
+    }
+}
+
+impl Batch {
+    /// Puts the roots on the foot.
+    fn carry(&mut self, plants: &[Standing]) {
+        if let (true, Some(plant)) = (self.riding, self.plants.first().and_then(|p| plants.get(*p as usize)))
+        {
+            self.chunk.carry(plant.top.0, &plant.top.1);
+        }
+    }
+
+    fn follow(&mut self, level: Level, guides: &[Self]) {
+        let Self { chunk, blends, .. } = self;
+        wide::follow(level, chunk, blends, |batch| guides.get(batch as usize).map(|batch| &batch.chunk));
+    }
+}

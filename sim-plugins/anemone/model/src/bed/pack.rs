@@ -1,0 +1,183 @@
+//! From seedlings to batches: fibres that are alike are stepped side by side.
+
+use glam::{DVec3, Vec3};
+use reef_flow::{Packed, Sphere};
+use reef_sdk::abi;
+
+use super::{Batch, Bed, Spot, Standing, Wave};
+use crate::{
+    frame::Frame,
+    plant::{self, Strand},
+    sow::Seedling,
+    wide::{Blend, Chunk, Contacts, Drag, Lane, MOST_FIBRES},
+};
+
+impl Bed {
+    pub(super) fn pack(&mut self, seedlings: &[Seedling]) {
+        let mut feet = Packer::new(Wave::Feet);
+        let mut fibres = Packer::new(Wave::Fibres);
+        let mut followers = Packer::new(Wave::Followers);
+        for (index, seedling) in (0_u32..).zip(seedlings) {
+            let plant = &seedling.plant;
+            let riding = plant.foot.is_some();
+            let first = self.spots.len();
+            let foot = plant.foot.as_ref().map(|strand| feet.add(strand, index, seedling, false, None));
+            if let (Some(spot), Some(strand)) = (foot, &plant.foot) {
+                self.list(spot, strand, index, seedling);
+            }
+            let mut guides = Vec::with_capacity(plant.guides.len());
+            for strand in &plant.guides {
+                let spot = fibres.add(strand, index, seedling, riding, None);
+                guides.push((spot.batch, spot.lane));
+                self.list(spot, strand, index, seedling);
+            }
+            for (strand, nearest, weights) in &plant.followers {
+                let place = |i: u32| guides.get(i as usize).copied().unwrap_or_default();
+                let blend = plant::blend(*nearest, *weights, place);
+                let spot = followers.add(strand, index, seedling, riding, Some(blend));
+                self.list(spot, strand, index, seedling);
+            }
+            let upright = Frame::upright(seedling.yaw);
+            self.plants.push(Standing {
+                position: seedling.position,
+                grounded: seedling.grounded,
+                yaw: seedling.yaw,
+                origin: seedling.position,
+                stand: upright,
+                top: (DVec3::ZERO, upright),
+                foot,
+                reach: plant.reach,
+                crown: plant.crown,
+                species: seedling.species,
+                fibres: first..self.spots.len(),
+            });
+        }
+        self.feet = feet.finish();
+        self.fibres = fibres.finish();
+        self.followers = followers.finish();
+        let mut nodes = 0;
+        for (bounds, batches) in self.node_bounds.iter_mut().zip([&self.feet, &self.fibres, &self.followers])
+        {
+            // Each wave's bounds count from that wave's first node.
+            bounds.push(0);
+            for batch in batches {
+                bounds.push(bounds[bounds.len() - 1] + batch.chunk.nodes());
+            }
+            nodes += bounds[bounds.len() - 1];
+        }
+        self.nodes = nodes;
+        let starts = [0, self.wave_nodes(0), self.wave_nodes(0) + self.wave_nodes(1)];
+        for (spot, template) in self.spots.iter_mut().zip(&mut self.templates) {
+            let wave = spot.wave as usize;
+            let within = spot.lane as usize * spot.nodes as usize;
+            let batch = self.node_bounds[wave][spot.batch as usize];
+            template.first_node = (starts[wave] + batch + within) as u32;
+        }
+        for plant in &mut self.plants {
+            plant.foot = plant.foot.and_then(|_| self.spots.get(plant.fibres.start).copied());
+        }
+    }
+}
+
+impl Bed {
+    /// Enters a fibre into the list of all, with what of it never changes in the streams.
+    fn list(&mut self, spot: Spot, strand: &Strand, plant: u32, seedling: &Seedling) {
+        let part = usize::from(spot.wave != Wave::Feet);
+        let blade = part == 1 && seedling.flatness < 1.0;
+        self.spots.push(spot);
+        self.templates.push(abi::Fibre {
+            object: plant,
+            node_count: spot.nodes,
+            material: seedling.materials[part],
+            flags: if part == 0 { abi::FIBRE_CAP } else { 0 } | if blade { abi::FIBRE_BLADE } else { 0 },
+            sides: seedling.sides[part],
+            variation: strand.variation,
+            flatness: if part == 1 { seedling.flatness } else { 1.0 },
+            ..abi::Fibre::default()
+        });
+    }
+}
+
+/// What the fibres of one batch have in common.
+#[derive(Clone, Copy, PartialEq)]
+struct Kin {
+    segments: usize,
+    drag: Drag,
+    weight: f64,
+    /// The one plant that all ride on; None: they stand by themselves.
+    plant: Option<u32>,
+}
+
+/// Collects fibres into batches.
+struct Packer {
+    wave: Wave,
+    batches: Vec<Batch>,
+    open: Vec<(Kin, Vec<Lane>, Vec<(f64, f64)>, Vec<u32>, Vec<Blend>)>,
+}
+
+impl Packer {
+    fn new(wave: Wave) -> Self {
+        Self { wave, batches: Vec::new(), open: Vec::new() }
+    }
+
+    fn add(
+        &mut self,
+        strand: &Strand,
+        plant: u32,
+        seedling: &Seedling,
+        riding: bool,
+        blend: Option<Blend>,
+    ) -> Spot {
+        let kin = Kin {
+            segments: strand.shape.segments(),
+            drag: if self.wave == Wave::Feet { Drag::Area { coefficient: 0.5 } } else { seedling.drag },
+            weight: if self.wave == Wave::Feet { 0.0 } else { seedling.weight },
+            plant: riding.then_some(plant),
+        };
+        let lane = Lane {
+            shape: strand.shape.clone(),
+            place: strand.place,
+            offset: Vec3::ZERO,
+            relaxation: strand.relaxation,
+            break_force: strand.break_force,
+        };
+        // The newest batch of this kin that has room.
+        let at = match self.open.iter().rposition(|(own, lanes, ..)| *own == kin && lanes.len() < MOST_FIBRES)
+        {
+            Some(at) => at,
+            None => {
+                self.open.push((kin, Vec::new(), Vec::new(), Vec::new(), Vec::new()));
+                self.open.len() - 1
+            }
+        };
+        let (_, lanes, stiffness, plants, blends) = &mut self.open[at];
+        lanes.push(lane);
+        stiffness.push(strand.stiffness);
+        plants.push(plant);
+        blends.extend(blend);
+        Spot {
+            wave: self.wave,
+            batch: at as u32,
+            lane: lanes.len() as u32 - 1,
+            nodes: strand.shape.nodes() as u32,
+        }
+    }
+
+    fn finish(mut self) -> Vec<Batch> {
+        for (kin, lanes, stiffness, plants, blends) in self.open {
+            let Some(mut chunk) = Chunk::new(&lanes, kin.drag, &stiffness) else { continue };
+            chunk.set_load(Vec3::new(0.0, -kin.weight as f32, 0.0));
+            self.batches.push(Batch {
+                chunk,
+                plants,
+                blends,
+                riding: kin.plant.is_some(),
+                anchor: DVec3::ZERO,
+                bounds: Sphere { center: [0.0; 3], radius: 0.0 },
+                packed: Packed::new(),
+                contacts: Contacts::default(),
+            });
+        }
+        self.batches
+    }
+}

@@ -1,0 +1,88 @@
+//! A step allocates nothing once it is warm.
+
+#[path = "common/scene.rs"]
+mod scene;
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use glam::DVec3;
+use reef_sdk::abi::{self, Flow};
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: passes everything on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn around(flow: &[Flow]) -> reef_anemone_model::bed::Surroundings<'_> {
+    reef_anemone_model::bed::Surroundings {
+        flow,
+        obstacles: &[],
+        ground: None,
+        density: 1000.0,
+        viscosity: 1.15e-3,
+        dt: 1.0 / 60.0,
+        level: reef_flow::Level::best(),
+        workers: reef_sdk::Workers::inline(),
+    }
+}
+
+#[test]
+fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
+    for path in ["scenes/anemone-fig13-36-anemones.toml", "scenes/anemone-fig12-singularities.toml"] {
+        let mut bed = scene::bed(path);
+        let mut fish: Vec<Flow> = (0..12)
+            .map(|i| Flow {
+                kind: abi::FLOW_SOURCE,
+                position: [0.1 * f64::from(i), 0.1, 0.0],
+                strength: 1e-3,
+                peak: 0.5,
+                reach: 0.4,
+                fade: 0.6,
+                ..Flow::default()
+            })
+            .collect();
+        scene::run(&mut bed, &fish, 1.0 / 60.0, 5);
+        let mut nodes = vec![[0.0; 4]; bed.node_count()];
+        let mut swim = |bed: &mut reef_anemone_model::bed::Bed| {
+            for step in 0..100 {
+                for fish in &mut fish {
+                    fish.position[2] = DVec3::splat(0.01 * f64::from(step)).z;
+                }
+                bed.step(&around(&fish), &Default::default(), &mut nodes);
+            }
+            bed.fibres().count() + bed.objects().count() + bed.actors().count() + bed.trace().count()
+        };
+        // The fish's whole way once: every buffer grows to its greatest size.
+        swim(&mut bed);
+        let before = COUNT.get();
+        swim(&mut bed);
+        assert_eq!(COUNT.get() - before, 0, "{path}");
+    }
+}
