@@ -37,8 +37,11 @@ Sand sand_at(vec2 x, vec2 slope, float distance) {
     if (near > 0.0) {
         vec4 grain = texture(noise, x * 9.7);
         gradient += (grain.gb - 0.5) * (0.5 * near);
-        float speck = smoothstep(0.74, 0.80, grain.a * 0.8 + mid.r * 0.2);
-        tone *= 1.0 + near * (0.34 * (grain.r - 0.5) - 0.45 * speck);
+        // Crumbs of shell and rock, a few millimetres wide, here more and there less.
+        vec4 crumbs = texture(noise, x * 31.0 + 0.21);
+        float dark = smoothstep(0.72, 0.80, crumbs.a * 0.75 + mid.r * 0.25);
+        float pale = smoothstep(0.74, 0.82, crumbs.r * 0.8 + mid.a * 0.2);
+        tone *= 1.0 + near * (0.30 * (grain.r - 0.5) - 0.40 * dark + 0.22 * pale);
     }
     gradient += (mid.gb - 0.5) * 0.16;
     Sand sand;
