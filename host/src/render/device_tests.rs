@@ -96,7 +96,7 @@ fn assert_same(
         assert!((half(v[7] >> 16) - e.coverage).abs() < 1e-3, "{name}, vertex {i}");
     }
     let relative: Vec<u32> = indices.iter().map(|i| i - first).collect();
-    assert_eq!(relative, expected.indices, "{name}");
+    assert!(relative == expected.indices, "{name}: the triangles differ");
 }
 
 #[test]
