@@ -167,10 +167,11 @@ fn inspect(
         let i = i as u32;
         let presents = match surface {
             None => true,
-            // SAFETY: the surface belongs to this instance and `i` is one of the device's families.
             Some(surface) => {
-                unsafe { surface.functions.get_physical_device_surface_support(raw, i, surface.raw) }
-                    .unwrap_or(false)
+                // SAFETY: the surface belongs to this instance and `i` is one of the device's families.
+                let answer =
+                    unsafe { surface.functions.get_physical_device_surface_support(raw, i, surface.raw) };
+                answer.unwrap_or(false)
             }
         };
         if properties.queue_flags.contains(wanted) && properties.queue_count > 0 && presents {
