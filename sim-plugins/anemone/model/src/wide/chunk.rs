@@ -457,7 +457,8 @@ impl Group {
             let [x, z, d] = [fx, fz, direction].map(|axis| Vec3::new(axis[0][at], axis[1][at], axis[2][at]));
             let across = x - (z + d) * (x.dot(d) / (1.0 + z.dot(d)).max(1e-3));
             let across = across - d * across.dot(d);
-            let normal = across * (1.0 / across.length().max(1e-6));
+            // std's root: one instruction, and exact on every machine.
+            let normal = across * (1.0 / across.length_squared().sqrt().max(1e-6));
             for (axis, value) in self.normal.iter_mut().zip(normal.to_array()) {
                 axis[at] = value;
             }

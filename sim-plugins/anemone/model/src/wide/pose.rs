@@ -99,27 +99,41 @@ impl<S: Simd> Walker<S> {
 }
 
 /// Bends every joint toward the angle at which its spring holds the force that `loads` left, and places the nodes.
+///
+/// Segment by segment, each in three short loops over the groups: what one group computes is a long chain of roots and
+/// quotients, and only side by side do the groups fill the time that each link takes.
 #[inline(always)]
 pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
-    let groups = chunk.groups;
+    let groups = chunk.groups.min(GROUPS);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
     let mut walkers = [Walker::start(simd, first); GROUPS];
-    for (walker, root) in walkers.iter_mut().zip(&chunk.roots) {
-        *walker = Walker::start(simd, root);
+    for g in 1..groups {
+        walkers[g] = Walker::start(simd, &chunk.roots[g]);
     }
+    let mut joints = [Joint::idle(simd); GROUPS];
     for s in 0..chunk.segments {
         let poses = &mut chunk.poses[s * groups..(s + 1) * groups];
         let constants = &chunk.constants[s * groups..(s + 1) * groups];
         for g in 0..groups {
-            let (pose, segment) = (&mut poses[g], &constants[g]);
-            let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
+            let (pose, segment, walker) = (&poses[g], &constants[g], &mut walkers[g]);
             if chunk.curved {
                 walker.turn(simd, load3(simd, &segment.rest));
             }
             let force = load3(simd, &pose.force);
             let local = [dot(walker.x, force), dot(walker.y, force), dot(walker.z, force)];
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
-            let target = target(simd, local, load(simd, &segment.softness), old);
+            joints[g] = Joint::new(simd, local, load(simd, &segment.softness), old);
+        }
+        for _ in 0..NEWTON_STEPS {
+            for joint in &mut joints[..groups] {
+                joint.approach(simd);
+            }
+        }
+        for g in 0..groups {
+            let (pose, segment) = (&mut poses[g], &constants[g]);
+            let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
+            let target = joints[g].bend(simd);
+            let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             let gain = load(simd, &root.gain) * load(simd, &root.damping);
             let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);
@@ -133,39 +147,72 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
     }
 }
 
-/// The bend at which a joint holds a force, given in the axes of its rest frame: eq. (10) solved for tan α, see
-/// [`crate::reference::equilibrium_tangent`]. Newton's iteration begins at the present bend `old`, so a pose that has
-/// settled solves it to rounding.
-#[inline(always)]
-fn target<S: Simd>(simd: S, local: Vector<S>, softness: f32x8<S>, old: [f32x8<S>; 2]) -> [f32x8<S>; 2] {
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let greatest = local[0].abs().max(local[1].abs()).max(local[2].abs()).max(splat(simd, 1e-30));
-    let softness = softness.min(splat(simd, GREATEST_LOAD) / greatest);
-    let across = [local[0] * softness, local[1] * softness];
-    let q = local[2] * softness;
-    let p = mul_add(across[1], across[1], across[0] * across[0]).sqrt();
-    // tan of the present bend, to 0.2 %.
-    let angle2 = mul_add(old[1], old[1], old[0] * old[0]);
-    let above = mul_add(angle2, splat(simd, -0.0756), one) * angle2.sqrt();
-    let below = mul_add(angle2, splat(simd, -0.405_284_73), one).max(splat(simd, 1e-4));
-    let bound = (-q).max(zero) + p + one;
-    let mut t = (above / below).min(bound);
-    for _ in 0..3 {
+/// Newton's steps toward the equilibrium of a joint.
+const NEWTON_STEPS: usize = 3;
+
+/// The equilibrium of eight joints under forces that are given in the axes of their rest frames: eq. (10) solved for
+/// t = tan α, see [`crate::reference::equilibrium_tangent`]. Newton's iteration begins at the present bend, so a pose
+/// that has settled solves it to rounding.
+#[derive(Clone, Copy)]
+struct Joint<S: Simd> {
+    /// Load across the rest direction, and its length; load along it: force over k L.
+    across: [f32x8<S>; 2],
+    p: f32x8<S>,
+    q: f32x8<S>,
+    /// No root lies above.
+    bound: f32x8<S>,
+    t: f32x8<S>,
+}
+
+impl<S: Simd> Joint<S> {
+    #[inline(always)]
+    fn idle(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        Self { across: [zero; 2], p: zero, q: zero, bound: zero, t: zero }
+    }
+
+    /// Begins at the bend `old`.
+    #[inline(always)]
+    fn new(simd: S, local: Vector<S>, softness: f32x8<S>, old: [f32x8<S>; 2]) -> Self {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let greatest = local[0].abs().max(local[1].abs()).max(local[2].abs()).max(splat(simd, 1e-30));
+        let softness = softness.min(splat(simd, GREATEST_LOAD) / greatest);
+        let across = [local[0] * softness, local[1] * softness];
+        let q = local[2] * softness;
+        let p = mul_add(across[1], across[1], across[0] * across[0]).sqrt();
+        // tan of the present bend, to 0.2 %.
+        let angle2 = mul_add(old[1], old[1], old[0] * old[0]);
+        let above = mul_add(angle2, splat(simd, -0.0756), one) * angle2.sqrt();
+        let below = mul_add(angle2, splat(simd, -0.405_284_73), one).max(splat(simd, 1e-4));
+        let bound = (-q).max(zero) + p + one;
+        Self { across, p, q, bound, t: (above / below).min(bound) }
+    }
+
+    /// One step of Newton's; from where the left side of the equation does not rise, to the bound.
+    #[inline(always)]
+    fn approach(&mut self, simd: S) {
+        let one = splat(simd, 1.0);
+        let (t, q) = (self.t, self.q);
         let t2 = t * t;
         let s2 = t2 + one;
         let s = s2.sqrt();
-        let value = mul_add(mul_add(q, t, -p), s, t * s2);
+        let value = mul_add(mul_add(q, t, -self.p), s, t * s2);
         let slope = mul_add(q, s, t2 + s2);
-        let rising = slope.simd_gt(zero);
-        let next = clamp(t - value / rising.select(slope, one), zero, bound);
-        t = rising.select(next, bound);
+        let rising = slope.simd_gt(splat(simd, 0.0));
+        let next = clamp(t - value / rising.select(slope, one), splat(simd, 0.0), self.bound);
+        self.t = rising.select(next, self.bound);
     }
-    // α = 2 atan(tan(α/2)).
-    let half = t / (one + mul_add(t, t, one).sqrt());
-    let half2 = half * half;
-    let angle = mul_add(polynomial(simd, &ARCTAN, half2) * half2, half, half);
-    let scale = (angle + angle) / p.max(splat(simd, 1e-30));
-    [across[0] * scale, across[1] * scale]
+
+    /// The bend: α = 2 atan(tan(α/2)) toward the load.
+    #[inline(always)]
+    fn bend(&self, simd: S) -> [f32x8<S>; 2] {
+        let one = splat(simd, 1.0);
+        let half = self.t / (one + mul_add(self.t, self.t, one).sqrt());
+        let half2 = half * half;
+        let angle = mul_add(polynomial(simd, &ARCTAN, half2) * half2, half, half);
+        let scale = (angle + angle) / self.p.max(splat(simd, 1e-30));
+        [self.across[0] * scale, self.across[1] * scale]
+    }
 }
 
 /// [`Damper::watch`] for eight fibres.
