@@ -144,6 +144,12 @@ fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x8<S> {
     mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
 }
 
+/// a · s. Written out: a closure would not be compiled with the level's instructions.
+#[inline(always)]
+fn scaled<S: Simd>(a: Vector<S>, s: f32x8<S>) -> Vector<S> {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
 /// a + b · s
 #[inline(always)]
 fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
@@ -176,10 +182,10 @@ fn step<S: Simd>(simd: S, bare: &mut Bare, packed: &Packed) {
                 None => [splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.0)],
             };
             // (12): along −b × (d × F_T), of length F_T L_i / L_{i−1}.
-            let m = sub_scaled(across.map(|c| c * dot(b, d)), d, dot(b, across));
+            let m = sub_scaled(scaled(across, dot(b, d)), d, dot(b, across));
             let scale = (dot(across, across) / dot(m, m).max(splat(simd, 1e-36))).sqrt()
                 * f32x8::simd_from(simd, row.ratio);
-            store(handed, add_scaled(m.map(|c| c * scale), d, along));
+            store(handed, add_scaled(scaled(m, scale), d, along));
         }
     }
     for s in 0..bare.segments {
@@ -192,13 +198,12 @@ fn step<S: Simd>(simd: S, bare: &mut Bare, packed: &Packed) {
             };
             let softness = f32x8::simd_from(simd, row.softness);
             let old = load(simd, &row.bend);
-            let target = load(simd, &row.across).map(|c| c * softness);
+            let target = scaled(load(simd, &row.across), softness);
             let change = [target[0] - old[0], target[1] - old[1], target[2] - old[2]];
             let bend = add_scaled(old, change, splat(simd, GAIN));
             store(&mut row.bend, bend);
             let d = [e[0] + bend[0], e[1] + bend[1], e[2] + bend[2]];
-            let scale = splat(simd, 1.0) / dot(d, d).sqrt();
-            let d = d.map(|c| c * scale);
+            let d = scaled(d, splat(simd, 1.0) / dot(d, d).sqrt());
             store(&mut row.direction, d);
             store(&mut row.node, add_scaled(from, d, f32x8::simd_from(simd, row.length)));
         }
