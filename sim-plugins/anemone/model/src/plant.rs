@@ -28,6 +28,9 @@ pub struct Strand {
     pub variation: u32,
 }
 
+/// A fibre that follows three guides: their numbers among the plant's guides, and how much each counts.
+pub type Follower = (Strand, [u32; 3], [f32; 3]);
+
 /// One individual.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -36,7 +39,7 @@ pub struct Plant {
     /// The fibres that are simulated.
     pub guides: Vec<Strand>,
     /// The fibres between them, and which guides they follow: numbers in `guides` and weights.
-    pub followers: Vec<(Strand, [u32; 3], [f32; 3])>,
+    pub followers: Vec<Follower>,
     /// Fibres that the species asks for; the disc may have had room for fewer.
     pub wanted: u32,
     /// Radius of a sphere around [`Plant::middle`] that no node ever leaves [m].
@@ -189,7 +192,7 @@ fn tentacle(species: &Species, size: f64, seat: &Seat, on_foot: bool, seed: u64)
 
 /// Chooses `guides` of the strands, spread evenly over their numbers (0, or as many as there are: all), and finds the
 /// nearest three guides of each of the others (§5.4).
-pub fn split(strands: Vec<Strand>, guides: usize) -> (Vec<Strand>, Vec<(Strand, [u32; 3], [f32; 3])>) {
+pub fn split(strands: Vec<Strand>, guides: usize) -> (Vec<Strand>, Vec<Follower>) {
     let count = strands.len();
     if guides == 0 || guides >= count {
         return (strands, Vec::new());

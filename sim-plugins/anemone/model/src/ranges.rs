@@ -19,10 +19,9 @@ fn walk(root: &Value, schema: &Value, value: &Value, path: &str, depth: usize) -
     if depth > 32 {
         return Ok(());
     }
-    if let Some(target) = schema.get("$ref").and_then(Value::as_str).and_then(|r| r.strip_prefix('#')) {
-        if let Some(target) = root.pointer(target) {
-            walk(root, target, value, path, depth + 1)?;
-        }
+    let reference = schema.get("$ref").and_then(Value::as_str).and_then(|r| r.strip_prefix('#'));
+    if let Some(target) = reference.and_then(|target| root.pointer(target)) {
+        walk(root, target, value, path, depth + 1)?;
     }
     for choice in schema.get("anyOf").and_then(Value::as_array).into_iter().flatten() {
         if choice.get("$ref").is_some() && !value.is_null() {

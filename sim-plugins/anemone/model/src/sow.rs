@@ -13,7 +13,7 @@ use crate::{
     frame::Frame,
     math::{self, Random},
     phyllotaxis,
-    plant::{Plant, Strand, split},
+    plant::{Follower, Plant, Strand, split},
     shape::FibreShape,
     species::{PatternKind, Species, Surface, linear_rgb},
     wide::{Drag, Place},
@@ -312,7 +312,7 @@ fn plain(colors: &[String; 2], path: &str, harvest: &mut Harvest) -> Result<u32,
 }
 
 /// A plant of fibres that stand on the ground by themselves.
-fn footless(guides: Vec<Strand>, followers: Vec<(Strand, [u32; 3], [f32; 3])>, spread: f64) -> Plant {
+fn footless(guides: Vec<Strand>, followers: Vec<Follower>, spread: f64) -> Plant {
     let longest = guides
         .iter()
         .chain(followers.iter().map(|(strand, ..)| strand))

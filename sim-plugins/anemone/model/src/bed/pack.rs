@@ -111,13 +111,21 @@ struct Kin {
 /// Collects fibres into batches.
 struct Packer {
     wave: Wave,
-    batches: Vec<Batch>,
-    open: Vec<(Kin, Vec<Lane>, Vec<(f64, f64)>, Vec<u32>, Vec<Blend>)>,
+    open: Vec<Open>,
+}
+
+/// A batch on its way.
+struct Open {
+    kin: Kin,
+    lanes: Vec<Lane>,
+    stiffness: Vec<(f64, f64)>,
+    plants: Vec<u32>,
+    blends: Vec<Blend>,
 }
 
 impl Packer {
     fn new(wave: Wave) -> Self {
-        Self { wave, batches: Vec::new(), open: Vec::new() }
+        Self { wave, open: Vec::new() }
     }
 
     fn add(
@@ -142,42 +150,42 @@ impl Packer {
             break_force: strand.break_force,
         };
         // The newest batch of this kin that has room.
-        let at = match self.open.iter().rposition(|(own, lanes, ..)| *own == kin && lanes.len() < MOST_FIBRES)
-        {
+        let at = match self.open.iter().rposition(|open| open.kin == kin && open.lanes.len() < MOST_FIBRES) {
             Some(at) => at,
             None => {
-                self.open.push((kin, Vec::new(), Vec::new(), Vec::new(), Vec::new()));
+                let (lanes, stiffness, plants, blends) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+                self.open.push(Open { kin, lanes, stiffness, plants, blends });
                 self.open.len() - 1
             }
         };
-        let (_, lanes, stiffness, plants, blends) = &mut self.open[at];
-        lanes.push(lane);
-        stiffness.push(strand.stiffness);
-        plants.push(plant);
-        blends.extend(blend);
+        let open = &mut self.open[at];
+        open.lanes.push(lane);
+        open.stiffness.push(strand.stiffness);
+        open.plants.push(plant);
+        open.blends.extend(blend);
         Spot {
             wave: self.wave,
             batch: at as u32,
-            lane: lanes.len() as u32 - 1,
+            lane: open.lanes.len() as u32 - 1,
             nodes: strand.shape.nodes() as u32,
         }
     }
 
-    fn finish(mut self) -> Vec<Batch> {
-        for (kin, lanes, stiffness, plants, blends) in self.open {
-            let Some(mut chunk) = Chunk::new(&lanes, kin.drag, &stiffness) else { continue };
-            chunk.set_load(Vec3::new(0.0, -kin.weight as f32, 0.0));
-            self.batches.push(Batch {
+    fn finish(self) -> Vec<Batch> {
+        let batch = |open: Open| {
+            let mut chunk = Chunk::new(&open.lanes, open.kin.drag, &open.stiffness)?;
+            chunk.set_load(Vec3::new(0.0, -open.kin.weight as f32, 0.0));
+            Some(Batch {
                 chunk,
-                plants,
-                blends,
-                riding: kin.plant.is_some(),
+                plants: open.plants,
+                blends: open.blends,
+                riding: open.kin.plant.is_some(),
                 anchor: DVec3::ZERO,
                 bounds: Sphere { center: [0.0; 3], radius: 0.0 },
                 packed: Packed::new(),
                 contacts: Contacts::default(),
-            });
-        }
-        self.batches
+            })
+        };
+        self.open.into_iter().filter_map(batch).collect()
     }
 }

@@ -265,9 +265,9 @@ impl Chunk {
                 + carrier[2][axis] * local[2][at]
         };
         for root in &mut self.roots {
-            for axis in 0..3 {
+            for (axis, origin) in origin.into_iter().enumerate() {
                 for at in 0..LANES {
-                    root.root[axis][at] = turn(&root.place, axis, at) + origin[axis];
+                    root.root[axis][at] = turn(&root.place, axis, at) + origin;
                 }
                 for which in 0..3 {
                     for at in 0..LANES {

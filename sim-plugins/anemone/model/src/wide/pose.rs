@@ -19,7 +19,7 @@ const ARCTAN: [f32; 9] = [
     1.999_974e-1,
     -1.427_856_8e-1,
     1.103_376_4e-1,
-    -8.656_880e-2,
+    -8.656_88e-2,
     6.250_169e-2,
     -3.587_154e-2,
     1.350_777_1e-2,
@@ -107,8 +107,8 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
     let groups = chunk.groups.min(GROUPS);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
     let mut walkers = [Walker::start(simd, first); GROUPS];
-    for g in 1..groups {
-        walkers[g] = Walker::start(simd, &chunk.roots[g]);
+    for (walker, root) in walkers.iter_mut().zip(&chunk.roots) {
+        *walker = Walker::start(simd, root);
     }
     let mut joints = [Joint::idle(simd); GROUPS];
     for s in 0..chunk.segments {
