@@ -45,6 +45,7 @@ mod tests {
     #[test]
     fn steps_to_a_time_are_not_fooled_by_rounding() {
         let clock = Clock::new(1.0 / 60.0);
-        assert_eq!([0.0, 1.0, 0.1, 1.0 / 60.0, 1.001].map(|time| clock.steps_to(time)), [0, 60, 6, 1, 61]);
+        let times = [0.0, 1.0, 0.1, 8.3, 1.0 / 60.0, 1.001];
+        assert_eq!(times.map(|time| clock.steps_to(time)), [0, 60, 6, 498, 1, 61]);
     }
 }

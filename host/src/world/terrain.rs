@@ -148,7 +148,7 @@ mod tests {
     use crate::world::scene::format::RocksTable;
 
     fn bed() -> TerrainTable {
-        let rocks = RocksTable { count: 30, ..RocksTable::default() };
+        let rocks = RocksTable { count: 120, size: [0.1, 0.4], ..RocksTable::default() };
         TerrainTable { size: [20.0, 12.0], rocks, ..TerrainTable::default() }
     }
 
