@@ -18,7 +18,7 @@ layout(set = 0, binding = 6, std430) writeonly buffer Rings { Ring rings[]; };
 layout(push_constant) uniform Push {
     uint fibre_count;
     uint use_lod;      // 0: everything at full detail, nothing culled
-    float ring_step;   // a coarser ring level is chosen when its segments stay shorter than this [px]
+    float ring_step;   // a coarser ring level of n segments is chosen below n^2 times this length [px]
     float side_error;  // a coarser side level is chosen when its silhouette errs by less than this [px]
 } push;
 
@@ -40,6 +40,12 @@ vec3 node_tangent(uint i) {
     vec3 b = node(min(i + 1u, count - 1u)).xyz;
     vec3 d = b - a;
     return d * inversesqrt(max(dot(d, d), 1e-20));
+}
+
+/// Length below which a ring level is fine enough [px].
+float ring_limit(uint level, bool cap) {
+    float segments = float(body_rings(level, cap) - 1u);
+    return push.ring_step * segments * segments;
 }
 
 /// How far a level is from the switch to the next: 0 far away, 1 at the switch.
@@ -102,10 +108,8 @@ void main() {
         float radius_px = radius * pixels;
 
         uint ring_level = 0u;
-        while (ring_level + 1u < uint(RING_LEVELS)
-            && length_px < push.ring_step * float(body_rings(ring_level + 1u, cap) - 1u)) ring_level++;
-        if (ring_level + 1u < uint(RING_LEVELS))
-            choice.ring_morph = morph(length_px, push.ring_step * float(body_rings(ring_level + 1u, cap) - 1u));
+        while (ring_level + 1u < uint(RING_LEVELS) && length_px < ring_limit(ring_level + 1u, cap)) ring_level++;
+        if (ring_level + 1u < uint(RING_LEVELS)) choice.ring_morph = morph(length_px, ring_limit(ring_level + 1u, cap));
 
         uint side_level = 0u;
         uint sides = fibre.sides;

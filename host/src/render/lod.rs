@@ -15,7 +15,8 @@ pub const RIBBON: u32 = 2;
 /// Where levels switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds {
-    /// A coarser ring level is chosen when its segments stay shorter than this [px].
+    /// A coarser ring level with n segments is chosen for fibres shorter than n² times this [px]: cut into n chords, a
+    /// fibre that bends by an angle a strays from its curve by a / 8n² of its length.
     pub ring_step: f32,
     /// A coarser side level is chosen when its silhouette errs by less than this [px].
     pub side_error: f32,
@@ -23,7 +24,7 @@ pub struct Thresholds {
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { ring_step: 7.0, side_error: 0.3 }
+        Self { ring_step: 2.0, side_error: 0.4 }
     }
 }
 
@@ -47,7 +48,7 @@ impl Detail {
     /// The choice for a fibre of this length and radius [px]. `cap`: its end is a disc.
     pub fn choose(length_px: f32, radius_px: f32, sides: u32, cap: bool, limits: &Thresholds) -> Detail {
         let mut detail = Detail::FULL;
-        let ring_limit = |level: u32| limits.ring_step * (body_rings(level, cap) - 1) as f32;
+        let ring_limit = |level: u32| limits.ring_step * ((body_rings(level, cap) - 1) as f32).powi(2);
         while detail.ring_level + 1 < RING_LEVELS && length_px < ring_limit(detail.ring_level + 1) {
             detail.ring_level += 1;
         }
@@ -165,8 +166,9 @@ mod tests {
         let limits = Thresholds::default();
         for px in SIZES {
             let detail = Detail::choose(px * 18.0, px, 8, false, &limits);
-            assert_eq!(detail.sides(8) == RIBBON, px < 0.9, "{px} px");
-            assert_eq!(detail.sides(8) == 8, px > 2.06, "{px} px");
+            // A ribbon below three errors; four sides up to 2 · 0.4 / (1 − cos 45°).
+            assert_eq!(detail.sides(8) == RIBBON, px < 1.2, "{px} px");
+            assert_eq!(detail.sides(8) == 8, px > 2.74, "{px} px");
         }
     }
 
@@ -175,7 +177,7 @@ mod tests {
         let limits = Thresholds::default();
         for cap in [false, true] {
             for level in 0..RING_LEVELS - 1 {
-                let at = limits.ring_step * (body_rings(level + 1, cap) - 1) as f32;
+                let at = limits.ring_step * ((body_rings(level + 1, cap) - 1) as f32).powi(2);
                 let finer = Detail::choose(at * 1.0001, 100.0, 8, cap, &limits);
                 let coarser = Detail::choose(at * 0.9999, 100.0, 8, cap, &limits);
                 assert_eq!((finer.ring_level, coarser.ring_level), (level, level + 1));

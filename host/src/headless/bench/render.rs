@@ -18,7 +18,7 @@ use crate::{
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
     plugin::streams::Outputs,
-    render::{Settings, Shot, lod::Thresholds, sample},
+    render::{Quality, Settings, Shot, lod::Thresholds, sample},
     world::frame::{CameraPose, Frame},
 };
 
@@ -39,7 +39,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     let mut report = Report::default();
     let measured = BEDS.iter().try_for_each(|&(count, bar)| measure(&gpu, count, bar, &mut report));
     report.note(format!(
-        "{} on {}; two frames in flight, medians of {ROUNDS} rounds of {FRAMES} frames.",
+        "{} on {}; low quality, two frames in flight, medians of {ROUNDS} rounds of {FRAMES} frames.",
         gpu.info().name,
         gpu.info().driver
     ));
@@ -53,7 +53,7 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
     let camera = camera();
     let [previous, current] = [0.0, 0.05].map(|sway| frame(count, sway, camera));
     let shot = Shot { previous: &previous, current: &current, alpha: 0.5, camera, environment: &environment };
-    let with = Settings::default();
+    let with = Settings { quality: Quality::Low, ..Settings::default() };
     let without = Settings { detail: None, ..with };
     let mut studio = Studio::new(gpu, SIZE)?;
     // Warm: pipelines, buffers, caches.
