@@ -40,6 +40,8 @@ pub(super) struct Exchange {
     /// The scene's own primitives, then all modules', by foreign ids.
     all: Arc<Vec<abi::Flow>>,
     retired: Vec<Arc<Vec<abi::Flow>>>,
+    /// The retired one whose memory `begin` handed out.
+    shell: Option<Arc<Vec<abi::Flow>>>,
     /// How many of them are the scene's.
     own: usize,
     /// Where each module's begin in `all`, and an end.
@@ -76,7 +78,7 @@ impl Exchange {
         for at in 0..self.retired.len() {
             if let Some(old) = Arc::get_mut(&mut self.retired[at]) {
                 list = std::mem::take(old);
-                self.retired.swap_remove(at);
+                self.shell = Some(self.retired.swap_remove(at));
                 break;
             }
         }
@@ -118,7 +120,12 @@ impl Exchange {
                 heard[self.actor_starts[module]..self.actor_starts[module + 1]].copy_from_slice(&said.actors);
             }
         }
-        let old = std::mem::replace(&mut self.all, Arc::new(flow));
+        let mut next = self.shell.take().unwrap_or_default();
+        match Arc::get_mut(&mut next) {
+            Some(list) => *list = flow,
+            None => next = Arc::new(flow),
+        }
+        let old = std::mem::replace(&mut self.all, next);
         if self.retired.len() < 8 {
             self.retired.push(old);
         }
