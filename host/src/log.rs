@@ -7,7 +7,13 @@ use std::{
 };
 
 use tracing::{Level, field::Visit};
-use tracing_subscriber::{EnvFilter, Layer, layer::Context, layer::SubscriberExt, util::SubscriberInitExt};
+use tracing_subscriber::{
+    Layer,
+    filter::{LevelFilter, Targets},
+    layer::Context,
+    layer::SubscriberExt,
+    util::SubscriberInitExt,
+};
 
 /// How many lines wait for the panel at most; the oldest go first.
 const KEPT: usize = 200;
@@ -26,7 +32,10 @@ pub struct Line {
 /// Begins to listen: warnings and errors go to standard error (the variable `REEF_LOG` asks for more or less, in
 /// `tracing`'s notation), Reef's own news to the panel. Later calls change nothing.
 pub fn init() {
-    let filter = EnvFilter::try_from_env("REEF_LOG").unwrap_or_else(|_| EnvFilter::new("warn,winit=error"));
+    let asked = std::env::var("REEF_LOG").ok().and_then(|targets| targets.parse::<Targets>().ok());
+    let filter = asked.unwrap_or_else(|| {
+        Targets::new().with_default(LevelFilter::WARN).with_target("winit", LevelFilter::ERROR)
+    });
     let stderr =
         tracing_subscriber::fmt::layer().with_writer(std::io::stderr).without_time().with_target(false);
     // A second subscriber in one process is a test's own affair.

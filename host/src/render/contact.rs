@@ -155,13 +155,7 @@ mod tests {
 
     fn stander() -> Stander {
         let base = DVec3::new(-1.0, -4.0, 0.5);
-        Stander {
-            origin: base,
-            base,
-            base_radius: 0.05,
-            crown_radius: 0.12,
-            crown_height: 0.1,
-        }
+        Stander { origin: base, base, base_radius: 0.05, crown_radius: 0.12, crown_height: 0.1 }
     }
 
     fn at(map: &ContactMap, x: f64, z: f64) -> [u8; 2] {
