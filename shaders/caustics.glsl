@@ -8,7 +8,7 @@ float caustic_gain(vec3 p, float depth, float footprint) {
     if (strength <= 0.0 || depth <= 0.05) return 1.0;
     // Where the ray that hits p entered the water.
     vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
-    int count = int(view.sun_color.w);
+    const int count = HIGH != 0u ? WAVES : WAVES / 2;
     vec3 h = vec3(0.0); // xx, zz, xz
     float bend = 0.0;
     for (int i = 0; i < count; i++) {

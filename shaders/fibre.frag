@@ -33,11 +33,14 @@ layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materi
 
 #define FLAG_CAP 2u
 
+/// Bits of the patterns that the picture's materials use; the others are not compiled in.
+layout(constant_id = 1) const uint PATTERNS = 30u;
+
 /// Share of the accent colour, 0..1.
 float pattern_share(Material m, float along, vec2 circle, float radius_m, float length_m, uint seed) {
     float soft = max(m.pattern_softness, 0.04);
     float share = m.accent.a;
-    if (m.pattern == 1u) {
+    if ((PATTERNS & 2u) != 0u && m.pattern == 1u) {
         // Round spots: one per cell, jittered, on the skin unrolled to metres.
         float s = m.pattern_scale;
         vec3 p = vec3(circle * radius_m, along * length_m) * s;
@@ -52,17 +55,17 @@ float pattern_share(Material m, float along, vec2 circle, float radius_m, float 
         float size = 0.62 * sqrt(share);
         return 1.0 - smoothstep(size * (1.0 - soft), size * (1.0 + soft), nearest);
     }
-    if (m.pattern == 2u) {
+    if ((PATTERNS & 4u) != 0u && m.pattern == 2u) {
         float x = fract(along * m.pattern_scale + 0.35 * float(seed & 255u) / 255.0 * 0.3);
         float d = abs(x - 0.5) * 2.0;
         return smoothstep(1.0 - share - soft * 0.5, 1.0 - share + soft * 0.5, d);
     }
-    if (m.pattern == 3u) {
+    if ((PATTERNS & 8u) != 0u && m.pattern == 3u) {
         float x = fract(atan(circle.y, circle.x) * 0.15915494 * m.pattern_scale + 0.5);
         float d = abs(x - 0.5) * 2.0;
         return 1.0 - smoothstep(share - soft * 0.5, share + soft * 0.5, d);
     }
-    if (m.pattern == 4u) {
+    if ((PATTERNS & 16u) != 0u && m.pattern == 4u) {
         vec3 p = vec3(circle * radius_m, along * length_m) * m.pattern_scale;
         float n = 0.65 * value_noise(p, seed) + 0.35 * value_noise(p * 2.3, seed ^ 0x77u);
         float at = mix(0.72, 0.28, share);
@@ -117,7 +120,7 @@ void main() {
     float facing = dot(n, light);
     float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
     float caustic = 1.0;
-    if (view.downwelling.w > 0.5 && !diagram && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
+    if (HIGH != 0u && !diagram && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
     vec3 sun = view.sun_color.rgb * sea;
     vec3 ground = vec3(0.62, 0.52, 0.38);
 

@@ -5,6 +5,10 @@
 
 #define WAVES 8
 
+/// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that what is
+/// switched off while it draws would cost as much as what is on.
+layout(constant_id = 0) const uint HIGH = 1u;
+
 layout(set = 0, binding = 0, std140) uniform View {
     mat4 clip_from_eye;    // reverse depth: 1 at the near plane, 0 infinitely far away
     vec4 right;            // unit; w: tangent of half the horizontal field of view

@@ -40,7 +40,7 @@ float shafts(vec3 direction, float distance) {
 vec3 scattered_light(vec3 direction, float distance) {
     vec3 k = max(view.beam.rgb - view.downwelling.rgb * direction.y, vec3(1e-3));
     vec3 source = view.scattered.rgb * exp(-view.downwelling.rgb * max(view.scattered.w - view.eye.y, 0.0));
-    if (view.downwelling.w > 0.5 && distance > 1.0) source *= shafts(direction, distance);
+    if (HIGH != 0u && distance > 1.0) source *= shafts(direction, distance);
     return source * toward_sun(direction) * from_above(direction.y) * (view.beam.rgb / k) * (1.0 - exp(-k * distance));
 }
 

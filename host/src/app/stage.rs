@@ -72,7 +72,7 @@ impl Stage {
         let swapchain = Swapchain::new(&gpu, surface, (size.width, size.height), FRAMES)?;
         let frames = Frames::new(&gpu, FRAMES)?;
         let renderer = Renderer::new(&gpu)?;
-        renderer.prepare()?;
+        renderer.prepare(Quality::default())?;
         let target = Target {
             device: gpu.device().clone(),
             allocator: gpu.allocator()?,

@@ -13,6 +13,7 @@ use bytemuck::{Pod, Zeroable};
 use super::{
     gather::Gathered,
     lod::{RINGS, Thresholds},
+    quality::Quality,
     targets::{DEPTH, LIGHT, Targets},
 };
 use crate::gpu::{
@@ -78,13 +79,23 @@ struct Buffers {
     draw: Buffer,
 }
 
+/// What is compiled into the fragment shader: a software rasteriser runs both sides of every branch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Variant {
+    quality: Quality,
+    /// Bit n: some material has pattern n.
+    patterns: u32,
+}
+
 /// The fibre passes.
 pub struct Fibres {
     gpu: Gpu,
     rings: Pipeline,
     scan: Pipeline,
     skin: Pipeline,
-    draw: Pipeline,
+    /// One for each set of patterns and quality that was met.
+    draws: Vec<(Variant, Pipeline)>,
+    variant: Variant,
     buffers: Option<Buffers>,
     materials: Option<Upload>,
     any: bool,
@@ -93,29 +104,13 @@ pub struct Fibres {
 impl Fibres {
     /// Describes the pipelines; nothing is compiled yet.
     pub fn new(gpu: &Gpu) -> Self {
-        use vk::Format as F;
-        let attributes = [
-            (0, F::R32G32B32A32_SFLOAT, 0),
-            (1, F::R16G16B16A16_SNORM, 16),
-            (2, F::R16G16_SNORM, 24),
-            (3, F::R16G16_SFLOAT, 28),
-            (4, F::R32G32B32_UINT, 32),
-        ];
-        let vertices =
-            [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
-        let draw = GraphicsDesc {
-            cull: vk::CullModeFlags::BACK,
-            vertices: &vertices,
-            color: &[(LIGHT, Blend::Alpha)],
-            depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
-            ..GraphicsDesc::new("fibres", "fibre.vert", "fibre.frag")
-        };
         Self {
             gpu: gpu.clone(),
             rings: Pipeline::compute(gpu, "fibre_rings.comp", &[]),
             scan: Pipeline::compute(gpu, "fibre_scan.comp", &[]),
             skin: Pipeline::compute(gpu, "fibre_skin.comp", &[]),
-            draw: Pipeline::graphics(gpu, &draw),
+            draws: Vec::new(),
+            variant: Variant::default(),
             buffers: None,
             materials: None,
             any: false,
@@ -124,7 +119,7 @@ impl Fibres {
 
     /// Compiles the pipelines now.
     pub fn prepare(&self) -> Result<()> {
-        [&self.rings, &self.scan, &self.skin, &self.draw].into_iter().try_for_each(Pipeline::prepare)
+        [&self.rings, &self.scan, &self.skin].into_iter().try_for_each(Pipeline::prepare)
     }
 
     /// The compute passes. `limits` None: everything at full detail, nothing culled.
@@ -134,12 +129,19 @@ impl Fibres {
         view: Upload,
         gathered: &Gathered,
         limits: Option<&Thresholds>,
+        quality: Quality,
     ) -> Result<()> {
         self.any = !gathered.fibres.is_empty();
         if !self.any {
             return Ok(());
         }
         let count = gathered.fibres.len() as u32;
+        let patterns =
+            gathered.materials.iter().fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
+        self.variant = Variant { quality, patterns };
+        if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
+            self.draws.push((self.variant, draw_pipeline(&self.gpu, self.variant)));
+        }
         let fibres = frame.upload(&gathered.fibres)?;
         let objects = frame.upload(&gathered.objects)?;
         let previous = frame.upload(&gathered.previous_nodes)?;
@@ -216,6 +218,9 @@ impl Fibres {
         let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
             return Ok(());
         };
+        let Some((_, pipeline)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
+            return Ok(());
+        };
         frame
             .pass("fibres: draw")
             .read(&b.vertex, Access::AttributeRead)
@@ -224,7 +229,7 @@ impl Fibres {
             .color(&targets.light, Load::Keep)
             .depth(&targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(&self.draw)?;
+                cmd.pipeline(pipeline)?;
                 cmd.bind(&[(0, view.into()), (1, materials.into())])?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
@@ -282,4 +287,26 @@ impl Fibres {
         });
         Ok(())
     }
+}
+
+fn draw_pipeline(gpu: &Gpu, variant: Variant) -> Pipeline {
+    use vk::Format as F;
+    let attributes = [
+        (0, F::R32G32B32A32_SFLOAT, 0),
+        (1, F::R16G16B16A16_SNORM, 16),
+        (2, F::R16G16_SNORM, 24),
+        (3, F::R16G16_SFLOAT, 28),
+        (4, F::R32G32B32_UINT, 32),
+    ];
+    let vertices =
+        [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let draw = GraphicsDesc {
+        cull: vk::CullModeFlags::BACK,
+        vertices: &vertices,
+        color: &[(LIGHT, Blend::Alpha)],
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+        constants: &[variant.quality.constant(), (1, variant.patterns)],
+        ..GraphicsDesc::new("fibres", "fibre.vert", "fibre.frag")
+    };
+    Pipeline::graphics(gpu, &draw)
 }

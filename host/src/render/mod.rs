@@ -18,6 +18,7 @@ pub mod gather;
 mod lines;
 pub mod lod;
 pub mod noise;
+mod quality;
 mod rocks;
 pub mod sample;
 mod sky;
@@ -44,18 +45,9 @@ use crate::{
 };
 use fibres::Fibres;
 use lod::Thresholds;
+pub use quality::Quality;
 use view::{Lens, View};
 use water::Caustics;
-
-/// How much work a picture may be.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// Four caustic waves, none on what sways.
-    Low,
-    /// Everything.
-    #[default]
-    High,
-}
 
 /// What a picture shows and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,12 +137,12 @@ impl Renderer {
         })
     }
 
-    /// Compiles the pipelines now, so that the first frame does not have to.
-    pub fn prepare(&self) -> Result<()> {
+    /// Compiles the pipelines of a quality now, so that the first frame does not have to.
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
         self.fibres.prepare()?;
-        self.terrain.prepare()?;
-        self.rocks.prepare()?;
-        self.sky.prepare()?;
+        self.terrain.prepare(quality)?;
+        self.rocks.prepare(quality)?;
+        self.sky.prepare(quality)?;
         self.lines.prepare()
     }
 
@@ -183,15 +175,16 @@ impl Renderer {
             + (shot.current.time - shot.previous.time) * f64::from(shot.alpha.clamp(0.0, 1.0));
         let view = frame.upload(&[self.view(environment, &lens, time, settings)])?;
 
-        self.fibres.skin(frame, view, &gathered, settings.detail.as_ref())?;
+        let quality = settings.quality;
+        self.fibres.skin(frame, view, &gathered, settings.detail.as_ref(), quality)?;
         frame
             .pass("clear")
             .color(&targets.light, Load::Clear([0.0; 4]))
             .depth(&targets.depth, gpu::DepthLoad::Clear(0.0))
             .run(|_| Ok(()))?;
-        self.terrain.draw(frame, view, &lens, &self.textures, &targets)?;
-        self.rocks.draw(frame, view, &lens, &self.textures, &targets)?;
-        self.sky.draw(frame, view, &targets)?;
+        self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
+        self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
+        self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &targets)?;
         let width = settings.line_width * samples as f32;
         self.lines.draw(frame, view, &gathered.lines, width, &targets)?;

@@ -6,14 +6,15 @@ use glam::{DVec3, Vec3};
 
 use super::{
     boulder::{Ball, RockVertex, SUBDIVISIONS, vertices},
+    quality::{ByQuality, Quality},
     targets::{DEPTH, LIGHT, Targets},
     terrain::GroundTextures,
     view::Lens,
 };
 use crate::{
     gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result,
-        Upload, VertexDesc,
+        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload,
+        VertexDesc,
     },
     world::environment::{Rock, Terrain},
 };
@@ -34,7 +35,7 @@ struct Meshes {
 
 /// The pass that draws the rocks.
 pub struct Rocks {
-    pipeline: Pipeline,
+    pipeline: ByQuality,
     balls: Vec<Ball>,
     /// First index and number of indices of each level.
     ranges: Vec<(u32, u32)>,
@@ -63,7 +64,7 @@ impl Rocks {
             all.extend_from_slice(&ball.indices);
         }
         Ok(Self {
-            pipeline: Pipeline::graphics(gpu, &desc),
+            pipeline: ByQuality::new(gpu, &desc),
             balls,
             ranges,
             indices: gpu.buffer_with("rock indices", vk::BufferUsageFlags::INDEX_BUFFER, &all)?,
@@ -72,8 +73,8 @@ impl Rocks {
     }
 
     /// Compiles the pipeline now.
-    pub fn prepare(&self) -> Result<()> {
-        self.pipeline.prepare()
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
+        self.pipeline.prepare(quality)
     }
 
     /// Shapes a scene's rocks.
@@ -101,6 +102,7 @@ impl Rocks {
         frame: &mut Frame<'_>,
         view: Upload,
         lens: &Lens,
+        quality: Quality,
         textures: &GroundTextures,
         targets: &Targets,
     ) -> Result<()> {
@@ -118,7 +120,7 @@ impl Rocks {
             .color(&targets.light, Load::Keep)
             .depth(&targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(&self.pipeline)?;
+                cmd.pipeline(self.pipeline.get(quality))?;
                 let [noise, contact] = textures.bindings();
                 cmd.bind(&[(0, view.into()), noise, contact])?;
                 cmd.vertices(0, &meshes.vertices)?;

@@ -1,12 +1,15 @@
 //! The background: the water's own light and the surface from below, where nothing else was drawn.
 
-use super::targets::{DEPTH, LIGHT, Targets};
-use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload};
+use super::{
+    quality::{ByQuality, Quality},
+    targets::{DEPTH, LIGHT, Targets},
+};
+use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;
 
 /// The pass that draws the background.
 pub struct Sky {
-    pipeline: Pipeline,
+    pipeline: ByQuality,
 }
 
 impl Sky {
@@ -17,22 +20,28 @@ impl Sky {
             depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
             ..GraphicsDesc::new("background", "full_screen.vert", "sky.frag")
         };
-        Self { pipeline: Pipeline::graphics(gpu, &desc) }
+        Self { pipeline: ByQuality::new(gpu, &desc) }
     }
 
     /// Compiles the pipeline now.
-    pub fn prepare(&self) -> Result<()> {
-        self.pipeline.prepare()
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
+        self.pipeline.prepare(quality)
     }
 
     /// The pass.
-    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets) -> Result<()> {
+    pub fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        quality: Quality,
+        targets: &Targets,
+    ) -> Result<()> {
         frame
             .pass("background")
             .color(&targets.light, Load::Keep)
             .depth(&targets.depth, DepthLoad::ReadOnly)
             .run(|cmd| {
-                cmd.pipeline(&self.pipeline)?;
+                cmd.pipeline(self.pipeline.get(quality))?;
                 cmd.bind(&[(0, view.into())])?;
                 cmd.draw(0..3, 0..1);
                 Ok(())

@@ -9,6 +9,7 @@ use super::{
     contact::{self, ContactMap},
     gather::Stander,
     noise,
+    quality::{ByQuality, Quality},
     targets::{DEPTH, LIGHT, Targets},
     tiles,
     view::{Lens, View},
@@ -16,7 +17,7 @@ use super::{
 use crate::{
     gpu::{
         Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load,
-        Pipeline, Resource, Result, SamplerDesc, Upload,
+        Resource, Result, SamplerDesc, Upload,
     },
     world::environment::{Environment, Terrain as Bed},
 };
@@ -99,7 +100,7 @@ fn contact_image(gpu: &Gpu, texels: &[u8]) -> Result<Image> {
 
 /// The pass that draws the sea bed.
 pub struct Terrain {
-    pipeline: Pipeline,
+    pipeline: ByQuality,
     indices: Buffer,
     bed: Option<(Arc<Bed>, Buffer)>,
 }
@@ -114,7 +115,7 @@ impl Terrain {
             ..GraphicsDesc::new("terrain", "terrain.vert", "terrain.frag")
         };
         Ok(Self {
-            pipeline: Pipeline::graphics(gpu, &desc),
+            pipeline: ByQuality::new(gpu, &desc),
             indices: gpu.buffer_with(
                 "terrain indices",
                 vk::BufferUsageFlags::INDEX_BUFFER,
@@ -125,8 +126,8 @@ impl Terrain {
     }
 
     /// Compiles the pipeline now.
-    pub fn prepare(&self) -> Result<()> {
-        self.pipeline.prepare()
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
+        self.pipeline.prepare(quality)
     }
 
     /// Takes over a scene's bed.
@@ -166,6 +167,7 @@ impl Terrain {
         frame: &mut Frame<'_>,
         view: Upload,
         lens: &Lens,
+        quality: Quality,
         textures: &GroundTextures,
         targets: &Targets,
     ) -> Result<()> {
@@ -185,7 +187,7 @@ impl Terrain {
             .color(&targets.light, Load::Keep)
             .depth(&targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(&self.pipeline)?;
+                cmd.pipeline(self.pipeline.get(quality))?;
                 let [noise, contact] = textures.bindings();
                 cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), noise, contact])?;
                 cmd.indices(&self.indices, vk::IndexType::UINT16)?;
