@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x95a7b8f85e63fe21)
+#define REEF_HEADER_HASH UINT64_C(0xa266cec5ffec988a)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -517,7 +517,9 @@ typedef struct reef_descriptor {
   uint32_t state_min_version;/* the oldest that load_state reads */
   uint32_t spare;
   /* config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config": {...}}.
-   * An error's message begins with the path in "config": `anemones[3].species: ...`. [control] */
+   * An error's message begins with the path in "config": `anemones[3].species: ...`.
+   * `host` is this instance's own: valid until destroy() returned, or create() returned a failure.
+   * [control] */
   int32_t (*create)(const reef_host *host, const char *config, uint64_t length, reef_instance *out);
 } reef_descriptor;
 

@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 1;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0x95a7b8f85e63fe21;
+pub const HEADER_HASH: u64 = 0xa266cec5ffec988a;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -712,7 +712,9 @@ pub struct Descriptor {
     pub state_min_version: u32,
     pub spare: u32,
     /// config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config": {...}}.
-    /// An error's message begins with the path in "config": `anemones[3].species: ...`. [control]
+    /// An error's message begins with the path in "config": `anemones[3].species: ...`.
+    /// `host` is this instance's own: valid until destroy() returned, or create() returned a failure.
+    /// [control]
     pub create: Option<
         unsafe extern "C" fn(
             host: *const Host,
