@@ -1,6 +1,7 @@
 //! What tests across crates share: the program and the plugins of this very build, and a still sea to step them in.
 
 pub mod artifacts;
+pub mod languages;
 pub mod sea;
 
 /// Is a test that lacks something to fail (`REEF_REQUIRE=all`), or to be skipped with its reason printed?

@@ -144,11 +144,11 @@ fn of_two_libraries_with_one_id_the_first_by_name_wins_and_the_second_is_refused
     let mut registry = Registry::new();
     registry.load_folder(folder.path(), 1, true);
     assert_eq!(registry.plugins().len(), 1);
-    let path = registry.get("example.reeds").unwrap().info().path.clone().unwrap();
+    let path = registry.get("example.kelp-rust").unwrap().info().path.clone().unwrap();
     assert!(path.to_string_lossy().contains("liba"));
     let [refused] = registry.refused() else { panic!("{:?}", registry.refused()) };
     assert!(
-        matches!(&refused.reason, Refusal::Duplicate { id, first } if id == "example.reeds" && first.contains("liba"))
+        matches!(&refused.reason, Refusal::Duplicate { id, first } if id == "example.kelp-rust" && first.contains("liba"))
     );
     assert!(refused.path.to_string_lossy().contains("libb"));
 }

@@ -184,7 +184,7 @@ fn a_state_comes_back_with_parameters_and_a_foreign_or_damaged_one_is_refused() 
     for (bytes, part) in [
         (&damaged, "hash"),
         (&cut, "cut or grown"),
-        (&foreign, "of plugin `example.reeds`"),
+        (&foreign, "of plugin `example.kelp-rust`"),
         (&vec![], "no saved"),
     ] {
         let error = other.load(bytes).unwrap_err();

@@ -19,7 +19,7 @@ fn the_list_names_plugins_parameters_and_versions_and_ends_with_0() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
     for part in
-        ["fixture.faulty  Faulty 1.0.0", "example.reeds", "height", "0.1 to 2 m (default 1)", "red/green"]
+        ["fixture.faulty  Faulty 1.0.0", "example.kelp-rust", "height", "0.1 to 2 m (default 1)", "red/green"]
     {
         assert!(text.contains(part), "no {part:?} in:\n{text}");
     }
@@ -45,7 +45,7 @@ fn a_refused_file_in_a_named_folder_is_shown_with_its_reason_and_the_exit_code_i
     let output = list(&[], &["--plugin-dir".as_ref(), folder.path().as_os_str()]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(text.contains("example.reeds"), "the good one is there, too:\n{text}");
+    assert!(text.contains("example.kelp-rust"), "the good one is there, too:\n{text}");
     assert!(text.contains("libbad") && text.contains("is no dynamic library"), "{text}");
 }
 

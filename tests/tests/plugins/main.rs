@@ -1,9 +1,9 @@
 //! Plugins as a host meets them: good ones, broken files, faults of every kind, and always this build's libraries.
 
 mod bad_libraries;
-mod c_plugin;
 mod faults;
 mod fresh;
+mod languages;
 mod list;
 mod raw;
 mod repeatable;
