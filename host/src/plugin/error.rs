@@ -80,6 +80,9 @@ pub enum Refusal {
         /// Where the first one is.
         first: String,
     },
+    /// Its code ended in a signal, or did not end, while it was loaded.
+    #[error("{0}")]
+    Fault(String),
     /// The machine has no threads or no room for it.
     #[error("{0}")]
     Machine(String),
@@ -116,6 +119,16 @@ pub enum PluginError {
         /// Name of the contract's status value.
         status: String,
         /// The plugin's message.
+        message: String,
+    },
+    /// A call was stopped by a fault, in it or earlier in the same library, which is not called any more.
+    #[error("{message}")]
+    Fault {
+        /// The plugin.
+        plugin: String,
+        /// The function.
+        call: &'static str,
+        /// What happened, with plugin, call, signal and address.
         message: String,
     },
     /// A saved state is refused; the instance is as it was.

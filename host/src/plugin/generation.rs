@@ -4,20 +4,27 @@
 use std::{
     any::Any,
     io,
+    mem::MaybeUninit,
     panic::{self, AssertUnwindSafe},
     sync::{
-        Arc, Condvar, Mutex, PoisonError,
+        Arc, Condvar, Mutex, OnceLock, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
     thread::{self, JoinHandle, ThreadId},
 };
 
-use super::pool::{Pool, STACK};
+use super::{
+    guard::{self, Fate, Resident, Watch},
+    instance::Health,
+    pool::{Pool, STACK},
+};
 
 /// One loading of one library, with its threads.
 #[derive(Debug)]
 pub struct Generation {
-    number: u64,
+    fate: Arc<Fate>,
+    /// What became of its instances, when one of its calls ended in a fault.
+    quarantine: OnceLock<Health>,
     control: Arc<Control>,
     control_thread: Option<JoinHandle<()>>,
     control_id: ThreadId,
@@ -55,22 +62,33 @@ impl Generation {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let workers = workers.clamp(1, MAX_WORKERS) as u32;
-        let pool = Arc::new(Pool::new(number, workers)?);
+        let fate = Fate::new(number);
+        let pool = Arc::new(Pool::new(&fate, workers)?);
         let control = Arc::new(Control { slot: Mutex::new(Slot::Empty), changed: Condvar::new() });
         let thread = {
-            let control = control.clone();
-            thread::Builder::new()
-                .name(format!("reef-{number}-0"))
-                .stack_size(STACK)
-                .spawn(move || control.serve())?
+            let (control, fate) = (control.clone(), fate.clone());
+            thread::Builder::new().name(format!("reef-{number}-0")).stack_size(STACK).spawn(move || {
+                let _resident = Resident::new(&fate);
+                control.serve();
+            })?
         };
         let control_id = thread.thread().id();
-        Ok(Self { number, control, control_thread: Some(thread), control_id, pool })
+        let quarantine = OnceLock::new();
+        Ok(Self { fate, quarantine, control, control_thread: Some(thread), control_id, pool })
     }
 
     /// Number of the generation; never used again.
     pub fn number(&self) -> u64 {
-        self.number
+        self.fate.generation()
+    }
+
+    pub(crate) fn fate(&self) -> &Arc<Fate> {
+        &self.fate
+    }
+
+    /// In what state all of its instances are since one of its calls ended in a fault. Its code is never called again.
+    pub(crate) fn quarantine(&self) -> Option<&Health> {
+        self.quarantine.get()
     }
 
     /// Threads that share the jobs of `parallel_for`.
@@ -93,11 +111,11 @@ impl Generation {
         if self.is_control() {
             return task();
         }
-        let mut result = None;
+        let mut result = MaybeUninit::uninit();
         let mut task = Some(task);
         let mut call = || {
             if let Some(task) = task.take() {
-                result = Some(task());
+                result.write(task());
             }
         };
         let call: *mut (dyn FnMut() + '_) = &mut call;
@@ -108,7 +126,30 @@ impl Generation {
         if let Some(panic) = self.control.run(call) {
             panic::resume_unwind(panic);
         }
-        result.expect("the control thread ran the task")
+        // SAFETY: the control thread called `call` once, to its end: else there was a panic. Its first call writes the result.
+        unsafe { result.assume_init() }
+    }
+
+    /// Runs a call into the library on the control thread, watched and guarded. A fault comes back as its message, and is
+    /// the last that the library did: it is not called again.
+    pub(crate) fn enter<R: Send>(
+        &self,
+        plugin: &str,
+        call: &'static str,
+        code: impl FnOnce() -> R + Send,
+    ) -> Result<R, String> {
+        if let Some(Health::Faulty(message) | Health::Stopped(message)) = self.quarantine() {
+            return Err(message.clone());
+        }
+        let watch = if call == "step" { Watch::Step } else { Watch::Other };
+        let outcome = self.run(|| self.fate.watched(watch, || guard::guarded(&self.fate, code)));
+        outcome.map_err(|fault| {
+            let message = fault.describe(plugin, call);
+            self.fate.quarantine();
+            // A second fault cannot come before the first was noted: calls take turns, and this one's caller waits.
+            let _ = self.quarantine.set(Health::Faulty(message.clone()));
+            message
+        })
     }
 }
 
@@ -155,8 +196,13 @@ impl Control {
 }
 
 impl Generation {
-    /// Ends the threads and waits for them. Nothing may run on them afterwards.
+    /// Ends the threads and waits for them. Nothing may run on them afterwards. Threads of a quarantined generation are left
+    /// to sleep for ever: their end would run thread-local destructors of its library.
     pub(crate) fn join(&mut self) {
+        if self.fate.is_quarantined() {
+            self.control_thread = None;
+            return;
+        }
         self.pool.stop();
         *self.control.lock() = Slot::Quit;
         self.control.changed.notify_all();

@@ -9,6 +9,7 @@ use super::{
     envelope::Envelope,
     error::PluginError,
     generation::Generation,
+    guard,
     info::PluginInfo,
     input::StepInput,
     library::{Plugin, status_name},
@@ -29,7 +30,8 @@ pub enum Health {
     /// It said that it needs a reset or a loaded state: its last outputs stand still until then.
     Stopped(String),
     /// It, or its library, is at fault (a panic, an output that is no number): its last outputs stand still. A reset or a
-    /// loaded state gives it another chance.
+    /// loaded state gives it another chance, unless the library's code was stopped (a signal, a call that did not end):
+    /// then no instance of the library is called again.
     Faulty(String),
 }
 
@@ -94,19 +96,15 @@ impl Plugin {
         };
         let mut raw = Raw(NO_INSTANCE);
         services.begin_call();
-        let (status, raw) = {
-            let services = &services;
-            generation.run(move || {
-                let status = marker::in_plugin(generation.number(), || {
-                    // SAFETY: the descriptor's function with the arguments that the contract asks for; the table lives
-                    // as long as the instance.
-                    unsafe {
-                        create(services.table(), config.as_ptr().cast(), config.len() as u64, &mut raw.0)
-                    }
-                });
-                (status, raw)
+        let (place, services_of) = (&mut raw, &services);
+        let status = generation
+            .enter(id, "create", move || {
+                let Raw(out) = place;
+                // SAFETY: the descriptor's function with the arguments that the contract asks for; the table lives as long
+                // as the instance.
+                unsafe { create(services_of.table(), config.as_ptr().cast(), config.len() as u64, out) }
             })
-        };
+            .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "create", message })?;
         if status != abi::OK {
             let message = services.take_error().unwrap_or_else(|| "it gave no reason".into());
             if status == abi::BAD_INPUT {
@@ -115,7 +113,6 @@ impl Plugin {
             }
             return Err(failed(status, message));
         }
-        let mut raw = raw;
         raw.forget_beyond_its_size();
         if raw.0.step.is_none() || raw.0.destroy.is_none() {
             return Err(failed(status, "it returned an instance without step or destroy".into()));
@@ -191,7 +188,8 @@ impl Instance {
 
     /// In what state it is.
     pub fn health(&self) -> &Health {
-        &self.health
+        let generation = self.plugin.library().generation();
+        generation.and_then(Generation::quarantine).unwrap_or(&self.health)
     }
 
     /// What the last good step emitted.
@@ -201,7 +199,7 @@ impl Instance {
 
     /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds what counts.
     pub fn step(&mut self, input: &StepInput<'_>, events: &[abi::Event]) -> StepReport {
-        if let Health::Stopped(message) | Health::Faulty(message) = &self.health {
+        if let Health::Stopped(message) | Health::Faulty(message) = self.health() {
             return StepReport { status: StepStatus::Standing, message: Some(message.clone()) };
         }
         let (Some(step), Some(generation)) = (self.raw.0.step, self.plugin.library().generation()) else {
@@ -213,20 +211,21 @@ impl Instance {
         self.services.begin_step(input);
         self.recorder.begin();
         let (raw, recorder) = (self.raw, &mut self.recorder);
-        let status = generation.run(move || {
-            let Raw(instance) = { raw };
-            let heightfield = input.raw_heightfield();
-            let step_input = input.raw(heightfield.as_ref(), events);
-            let output = recorder.table();
-            marker::in_plugin(generation.number(), || {
-                // SAFETY: the instance's function on its control thread; input and output live during the call, and
-                // nobody else uses the recorder meanwhile.
-                unsafe { step(instance.ctx, &step_input, &output) }
-            })
+        let heightfield = input.raw_heightfield();
+        let step_input = Shown(input.raw(heightfield.as_ref(), events));
+        let output = Shown(recorder.table());
+        let (step_input, output) = (&step_input, &output);
+        let status = generation.enter(&self.plugin.info().id, "step", move || {
+            let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
+            // SAFETY: the instance's function on its control thread; input and output live during the call, and nobody else
+            // uses the recorder meanwhile.
+            unsafe { step(instance.ctx, step_input, output) }
         });
         self.services.end_step();
-        let flags = input.flags;
-        self.conclude(status, flags)
+        match status {
+            Ok(status) => self.conclude(status, input.flags),
+            Err(message) => StepReport { status: StepStatus::Failed, message: Some(message) },
+        }
     }
 
     fn conclude(&mut self, status: i32, flags: u32) -> StepReport {
@@ -269,17 +268,21 @@ impl Instance {
         let generation = generation(&self.plugin).map_err(|error| (abi::FATAL, error))?;
         self.services.begin_call();
         let raw = self.raw;
-        let status = generation.run(move || {
+        let status = generation.enter(&self.info().id, name, move || {
             let Raw(instance) = { raw };
-            marker::in_plugin(generation.number(), || call(instance.ctx, &instance))
+            call(instance.ctx, &instance)
         });
         match status {
-            Some(abi::OK) => Ok(()),
-            Some(status) => {
+            Err(message) => {
+                let plugin = self.info().id.clone();
+                Err((abi::FATAL, PluginError::Fault { plugin, call: name, message }))
+            }
+            Ok(Some(abi::OK)) => Ok(()),
+            Ok(Some(status)) => {
                 let reason = self.services.take_error().unwrap_or_else(|| "it gave no reason".into());
                 Err(failed(status, reason))
             }
-            None => Err(failed(abi::UNSUPPORTED, "the plugin does not offer it".into())),
+            Ok(None) => Err(failed(abi::UNSUPPORTED, "the plugin does not offer it".into())),
         }
     }
 
@@ -302,7 +305,8 @@ impl Instance {
 
     /// The whole state of the instance, in its envelope.
     pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
-        let mut sink = Sink::default();
+        let generation = generation(&self.plugin)?.number();
+        let mut sink = Sink { generation, ..Sink::default() };
         let sink_pointer = Pointer((&raw mut sink).cast());
         self.call("save_state", move |ctx, raw| {
             let Pointer(sink) = { sink_pointer };
@@ -384,7 +388,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // The function cannot fail, and a closed library has no instances.
+        // The function cannot fail, and a closed library has no instances. After a fault of the library it is not called.
         let _ = self.call("destroy", |ctx, raw| {
             raw.destroy.map(|destroy| {
                 // SAFETY: the last call on the instance, on its control thread.
@@ -401,14 +405,22 @@ struct Pointer(*mut c_void);
 // SAFETY: `Generation::run` returns when the control thread is done with it.
 unsafe impl Send for Pointer {}
 
+/// Something of the contract on its way to the control thread, which reads it while its owner waits.
+struct Shown<T>(T);
+
+// SAFETY: as above: what it points to lives, and changes through the plugin alone, until the call returned.
+unsafe impl<T> Sync for Shown<T> {}
+
 /// Where a state is written.
 #[derive(Default)]
 struct Sink {
+    generation: u64,
     bytes: Vec<u8>,
     overflow: bool,
 }
 
 unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
+    guard::require_stack();
     // SAFETY: the context of `save`'s sink, which nobody else uses during the call.
     let sink = unsafe { &mut *ctx.cast::<Sink>() };
     let fits =
@@ -421,9 +433,12 @@ unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) 
         return abi::BAD_INPUT;
     }
     if length > 0 {
-        // SAFETY: pointer and length of the plugin's bytes.
-        sink.bytes
-            .extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) });
+        guard::probe_read(bytes.cast(), length as usize);
+        marker::in_service(sink.generation, || {
+            // SAFETY: pointer and length of the plugin's bytes, which were just touched.
+            let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) };
+            sink.bytes.extend_from_slice(bytes);
+        });
     }
     abi::OK
 }

@@ -14,9 +14,9 @@ use reef_abi as abi;
 use super::{
     error::Refusal,
     generation::Generation,
+    guard::Text,
     info::{self, PluginInfo, read_sized},
     inspect::{self, CONTRACT, Head},
-    marker,
     services::{Services, version_text},
 };
 
@@ -66,6 +66,18 @@ unsafe impl Send for Entry {}
 // SAFETY: as above.
 unsafe impl Sync for Entry {}
 
+/// A list of descriptors, on its way to the control thread.
+struct List(*const *const abi::Descriptor);
+
+// SAFETY: a constant of the library, which is read on the control thread.
+unsafe impl Send for List {}
+
+/// A descriptor, on its way back.
+struct Described(abi::Descriptor);
+
+// SAFETY: its pointers lead to constants of the library; see `Plugin`.
+unsafe impl Send for Described {}
+
 /// What the system's loader returned.
 #[derive(Debug)]
 struct Loaded {
@@ -84,12 +96,13 @@ impl Library {
         let copy = copy(path, &bytes)?;
         drop(bytes);
         // Constructors of the library run here: not on the caller's thread.
-        let (loaded, entry) = generation.run(|| {
-            let loaded = marker::in_plugin(generation.number(), || open_file(copy.path()));
-            loaded.map(|(handle, address)| (Loaded { handle, address }, address))
-        })?;
+        let name = file_name(path);
+        let opened = generation.enter(&name, "load", || open_file(copy.path())).map_err(Refusal::Fault)?;
+        let (handle, address) = opened?;
+        let (loaded, entry) = (Loaded { handle, address }, address);
+        generation.fate().set_text(Text::of(address));
         // From here on, dropping `open` unloads the library again.
-        let services = Services::new(&generation, &file_name(path));
+        let services = Services::new(&generation, &name);
         // SAFETY: `inspect` found an exported entry of this contract at the symbol, which is as long as it says.
         let entry = unsafe { read_entry(entry as *const abi::Entry) };
         let mut open = Open { entry: Entry(NO_ENTRY), services, generation, loaded: Some(loaded) };
@@ -99,7 +112,7 @@ impl Library {
         }
         open.claim_address()?;
         open.entry = Entry(entry);
-        Self::describe(open, Some(path.to_owned()), note)
+        Self::describe(open, Some(path.to_owned()), &name, note)
     }
 
     /// A library that is linked into the program (models in tests and benches): the same path without a file.
@@ -115,25 +128,25 @@ impl Library {
         let generation = start(workers)?;
         let services = Services::new(&generation, "linked");
         let open = Open { entry: Entry(*entry), services, generation, loaded: None };
-        Self::describe(open, None, note)
+        Self::describe(open, None, "linked", note)
     }
 
     /// Opens the library and reads what it says of itself.
     fn describe(
         open: Open,
         path: Option<PathBuf>,
+        name: &str,
         note: Option<String>,
     ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
         let mut library = Self { open: None, path, notes: note.into_iter().collect() };
-        let (number, entry) = (open.generation.number(), open.entry);
+        let entry = open.entry;
         let (Some(open_library), Some(_)) = (entry.0.open, entry.0.close) else {
             return Err(Refusal::BadEntry("its open or close is NULL".into()));
         };
         open.services.begin_call();
         // SAFETY: the entry's function with the host's table, which lives until close() returned.
-        let status = open
-            .generation
-            .run(|| marker::in_plugin(number, || unsafe { open_library(open.services.table()) }));
+        let call = || unsafe { open_library(open.services.table()) };
+        let status = open.generation.enter(name, "open", call).map_err(Refusal::Fault)?;
         if status != abi::OK {
             let message = open.services.take_error();
             let message = message.unwrap_or_else(|| format!("it returned {}", status_name(status)));
@@ -152,20 +165,26 @@ impl Library {
             return Err(Refusal::BadDescriptor("its list of descriptors is NULL or misaligned".into()));
         }
         let contract = version_text(entry.0.version);
-        let mut described = Vec::new();
-        for i in 0..count as usize {
-            // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as it says.
-            let descriptor = unsafe { read_sized(*list.add(i)) }
-                .ok_or_else(|| Refusal::BadDescriptor(format!("descriptor {i} is NULL or misaligned")))?;
-            // SAFETY: the descriptor's pointers are as the contract says.
-            let info = unsafe { info::read(&descriptor, library.path.clone(), contract.clone()) }
-                .map_err(Refusal::BadDescriptor)?;
-            described.push((descriptor, Arc::new(info)));
-        }
+        // What a pointer of a descriptor leads to is read as if it were the library's code: it may lead nowhere.
+        let (source, list) = (library.path.clone(), List(list));
+        let read = library.enter(name, "descriptor", move || {
+            let List(list) = { list };
+            let mut described = Vec::new();
+            for i in 0..count as usize {
+                // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as it says.
+                let descriptor = unsafe { read_sized(*list.add(i)) }
+                    .ok_or_else(|| format!("descriptor {i} is NULL or misaligned"))?;
+                // SAFETY: the descriptor's pointers are as the contract says.
+                let info = unsafe { info::read(&descriptor, source.clone(), contract.clone()) }?;
+                described.push((Described(descriptor), Arc::new(info)));
+            }
+            Ok::<_, String>(described)
+        });
+        let described = read.map_err(Refusal::Fault)?.map_err(Refusal::BadDescriptor)?;
         let library = Arc::new(library);
         let plugins = described
             .into_iter()
-            .map(|(descriptor, info)| Plugin { library: library.clone(), descriptor, info })
+            .map(|(Described(descriptor), info)| Plugin { library: library.clone(), descriptor, info })
             .collect();
         Ok((library, plugins))
     }
@@ -178,6 +197,19 @@ impl Library {
     /// What people should know about it: a newer contract, say.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Runs code of the library on its control thread.
+    fn enter<R: Send>(
+        &self,
+        name: &str,
+        call: &'static str,
+        code: impl FnOnce() -> R + Send,
+    ) -> Result<R, String> {
+        match &self.open {
+            Some(open) => open.generation.enter(name, call, code),
+            None => Err("it is closed".into()),
+        }
     }
 
     /// Its threads. None only while it is dropped.
@@ -206,9 +238,11 @@ impl Drop for Library {
     fn drop(&mut self) {
         let Some(open) = self.open.take() else { return };
         if let Some(close) = open.entry.0.close {
-            let number = open.generation.number();
+            let name = self.path.as_deref().map_or_else(|| "linked".to_owned(), file_name);
             // SAFETY: open() succeeded, and no instance is left: each holds this library.
-            open.generation.run(|| marker::in_plugin(number, || unsafe { close() }));
+            if let Err(message) = open.generation.enter(&name, "close", || unsafe { close() }) {
+                tracing::debug!("{message}");
+            }
         }
     }
 }
@@ -229,6 +263,13 @@ impl Open {
 impl Drop for Open {
     fn drop(&mut self) {
         let Some(Loaded { handle, address }) = self.loaded.take() else { return };
+        if self.generation.quarantine().is_some() {
+            // Its memory may be in any state, and its threads sleep for ever: it stays as it is.
+            std::mem::forget(handle);
+            return;
+        }
+        // The watchdog has nothing to take away from now on.
+        self.generation.fate().set_text(None);
         // Thread-local destructors of the library's code would keep it mapped: its threads end first.
         self.generation.join();
         if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner) {

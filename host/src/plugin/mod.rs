@@ -6,13 +6,16 @@
 //! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`check`] has looked at;
 //! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused.
 //!
-//! `unsafe` lives here (and in `gpu`): in `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
+//! Every call into a library, and every job, goes through a [`guard`].
+//!
+//! `unsafe` lives here (and in `gpu`): in `guard`, `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
 //! and the two functions of `recorder` that a plugin calls.
 
 pub mod check;
 pub mod envelope;
 mod error;
 pub mod generation;
+pub mod guard;
 pub mod info;
 pub mod input;
 pub mod inspect;
@@ -27,6 +30,7 @@ mod services;
 pub mod streams;
 
 pub use error::{PluginError, Refusal};
+pub use guard::{Limits, set_limits};
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::{Heightfield, StepInput};
 pub use instance::{Health, Instance, StepReport, StepStatus};

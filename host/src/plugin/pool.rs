@@ -14,7 +14,10 @@ use std::{
 
 use reef_abi as abi;
 
-use super::marker;
+use super::{
+    guard::{self, Fate, Fault, Resident},
+    marker,
+};
 
 /// Stack of every thread that runs a plugin's code [bytes].
 pub(crate) const STACK: usize = 16 << 20;
@@ -35,7 +38,7 @@ pub(crate) struct Pool {
 
 #[derive(Debug)]
 struct Shared {
-    generation: u64,
+    fate: Arc<Fate>,
     /// Number of the loop in the high half, how many of its jobs nobody has taken in the low half. A successful exchange
     /// on a low half above 0 is the right to run one job of just that loop, which cannot end before that job did.
     claim: AtomicU64,
@@ -45,6 +48,10 @@ struct Shared {
     count: AtomicU32,
     job: AtomicPtr<c_void>,
     user: AtomicPtr<c_void>,
+    /// A job of the present loop ended in a fault: the others are skipped.
+    failed: AtomicBool,
+    /// The fault of the lowest index.
+    fault: Mutex<Option<(u32, Fault)>>,
     /// The caller sleeps until `pending` is 0.
     caller: Mutex<Option<Thread>>,
     caller_sleeps: AtomicBool,
@@ -56,14 +63,17 @@ struct Shared {
 
 impl Pool {
     /// Starts `workers - 1` threads: the caller of [`Pool::run`] is worker 0.
-    pub(crate) fn new(generation: u64, workers: u32) -> io::Result<Self> {
+    pub(crate) fn new(fate: &Arc<Fate>, workers: u32) -> io::Result<Self> {
+        let generation = fate.generation();
         let shared = Arc::new(Shared {
-            generation,
+            fate: fate.clone(),
             claim: AtomicU64::new(0),
             pending: AtomicU32::new(0),
             count: AtomicU32::new(0),
             job: AtomicPtr::default(),
             user: AtomicPtr::default(),
+            failed: AtomicBool::new(false),
+            fault: Mutex::new(None),
             caller: Mutex::new(None),
             caller_sleeps: AtomicBool::new(false),
             sleepers: AtomicU32::new(0),
@@ -78,7 +88,10 @@ impl Pool {
             let thread = thread::Builder::new()
                 .name(format!("reef-{generation}-{worker}"))
                 .stack_size(STACK)
-                .spawn(move || shared.work(worker))?;
+                .spawn(move || {
+                    let _resident = Resident::new(&shared.fate);
+                    shared.work(worker);
+                })?;
             pool.threads.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
         }
         Ok(pool)
@@ -89,19 +102,20 @@ impl Pool {
         self.workers
     }
 
-    /// Calls `job(user, i, worker)` for each `i` below `count`; returns when all are done.
+    /// Calls `job(user, i, worker)` for each `i` below `count`; returns when all are done. A job that ends in a fault lets
+    /// those that began end, skips the others, and comes back.
     ///
     /// # Safety
     /// `job` may be called with `user` from several threads at once. Only one thread (the generation's control thread)
     /// calls this, and no job does: nested loops run inline, see `services`.
-    pub(crate) unsafe fn run(&self, count: u32, job: JobFn, user: *mut c_void) {
+    pub(crate) unsafe fn run(&self, count: u32, job: JobFn, user: *mut c_void) -> Option<Fault> {
         let shared = &*self.shared;
         if count <= 1 || self.workers == 1 {
             for index in 0..count {
                 // SAFETY: the caller's promise.
                 unsafe { shared.call(job, user, index, 0) };
             }
-            return;
+            return shared.take_fault();
         }
         shared.count.store(count, Ordering::Relaxed);
         shared.job.store(job as *mut c_void, Ordering::Relaxed);
@@ -116,12 +130,17 @@ impl Pool {
         }
         while shared.take_one(0) {}
         shared.wait_for_the_rest();
+        shared.take_fault()
     }
 }
 
 impl Pool {
-    /// Ends the threads and waits for them. No loop may be started afterwards.
+    /// Ends the threads and waits for them. No loop may be started afterwards. Threads of a quarantined generation are left
+    /// to sleep for ever: their end would run thread-local destructors of its library.
     pub(crate) fn stop(&self) {
+        if self.shared.fate.is_quarantined() {
+            return;
+        }
         self.shared.quit.store(true, Ordering::SeqCst);
         {
             let _guard = self.shared.sleep.lock().unwrap_or_else(PoisonError::into_inner);
@@ -144,10 +163,35 @@ impl Shared {
     /// # Safety
     /// `job` and `user` are those of a loop that cannot end before this call did.
     unsafe fn call(&self, job: JobFn, user: *mut c_void, index: u32, worker: u32) {
-        marker::in_job(worker, || {
+        if self.failed.load(Ordering::Relaxed) {
+            return;
+        }
+        let done = marker::in_job(worker, || {
             // SAFETY: the caller's promise.
-            marker::in_plugin(self.generation, || unsafe { job(user, index, worker) });
+            guard::guarded(&self.fate, || unsafe { job(user, index, worker) })
         });
+        if let Err(fault) = done {
+            self.fail(index, fault);
+        }
+    }
+
+    #[cold]
+    fn fail(&self, index: u32, fault: Fault) {
+        let mut lowest = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        if lowest.as_ref().is_none_or(|(first, _)| index < *first) {
+            *lowest = Some((index, Fault { job: Some(index), ..fault }));
+        }
+        self.failed.store(true, Ordering::Relaxed);
+    }
+
+    /// The fault of the loop that has just ended.
+    fn take_fault(&self) -> Option<Fault> {
+        // Only jobs set it, and the loop's end has ordered them before us.
+        if !self.failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.failed.store(false, Ordering::Relaxed);
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take().map(|(_, fault)| fault)
     }
 
     /// Runs one job, if one is left.
@@ -257,12 +301,13 @@ mod tests {
     #[test]
     fn every_index_runs_exactly_once_in_each_of_many_loops() {
         for workers in [1, 2, 4] {
-            let pool = Pool::new(0, workers).unwrap();
+            let pool = Pool::new(&Fate::new(0), workers).unwrap();
             for round in 0..4000_u32 {
                 let count = round % 67;
                 let hits = Hits { hits: (0..count).map(|_| AtomicU32::new(0)).collect(), workers };
                 // SAFETY: `hit` is made for `Hits`; only this thread runs loops.
-                unsafe { pool.run(count, hit, (&raw const hits).cast_mut().cast()) };
+                let fault = unsafe { pool.run(count, hit, (&raw const hits).cast_mut().cast()) };
+                assert_eq!(fault, None);
                 assert!(hits.hits.iter().all(|h| h.load(Ordering::Relaxed) == 1), "round {round}");
                 if round % 1000 == 0 {
                     thread::sleep(Duration::from_millis(2)); // Let the workers fall asleep.
@@ -279,11 +324,12 @@ mod tests {
             thread::sleep(Duration::from_millis(if worker == 0 { 1 } else { 20 }));
             done.fetch_add(1, Ordering::Relaxed);
         }
-        let pool = Pool::new(0, 3).unwrap();
+        let pool = Pool::new(&Fate::new(0), 3).unwrap();
         for _ in 0..5 {
             let done = AtomicU32::new(0);
             // SAFETY: `slow` is made for an AtomicU32; only this thread runs loops.
-            unsafe { pool.run(8, slow, (&raw const done).cast_mut().cast()) };
+            let fault = unsafe { pool.run(8, slow, (&raw const done).cast_mut().cast()) };
+            assert_eq!(fault, None);
             assert_eq!(done.load(Ordering::Relaxed), 8);
         }
     }

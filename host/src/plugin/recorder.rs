@@ -6,7 +6,7 @@ use std::{ffi::c_void, sync::Arc};
 use reef_abi as abi;
 
 use super::{
-    check, marker,
+    check, guard, marker,
     services::version_text,
     streams::{Lane, Outputs, limit, stream_name},
 };
@@ -232,6 +232,14 @@ unsafe fn recorder<'a>(ctx: *mut c_void) -> Option<&'a mut Recorder> {
     unsafe { ctx.cast::<Recorder>().as_mut() }
 }
 
+/// The thread is in the host until `service` returned.
+fn in_service<R>(service: impl FnOnce() -> R) -> R {
+    match marker::place() {
+        marker::Place::Plugin(generation) => marker::in_service(generation, service),
+        _ => service(),
+    }
+}
+
 unsafe extern "C" fn reserve(
     ctx: *mut c_void,
     stream: u32,
@@ -239,26 +247,29 @@ unsafe extern "C" fn reserve(
     count: u64,
     out: *mut *mut c_void,
 ) -> i32 {
+    guard::require_stack();
     // SAFETY: the contract's pointer.
     let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
     if out.is_null() || !out.is_aligned() {
         return recorder.refuse(abi::BAD_INPUT, "reserve: the result's place is NULL or misaligned".into());
     }
-    match recorder.reserve(stream, element_size, count) {
+    guard::probe_write(out.cast(), size_of::<*mut c_void>());
+    in_service(|| match recorder.reserve(stream, element_size, count) {
         Ok(start) => {
-            // SAFETY: checked above.
+            // SAFETY: checked and touched above.
             unsafe { out.write(start) };
             abi::OK
         }
         Err((status, message)) => recorder.refuse(status, message),
-    }
+    })
 }
 
 unsafe extern "C" fn commit(ctx: *mut c_void, stream: u32, count: u64) -> i32 {
+    guard::require_stack();
     // SAFETY: the contract's pointer.
     let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
-    match recorder.commit(stream, count) {
+    in_service(|| match recorder.commit(stream, count) {
         Ok(()) => abi::OK,
         Err((status, message)) => recorder.refuse(status, message),
-    }
+    })
 }

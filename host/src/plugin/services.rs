@@ -15,6 +15,7 @@ use reef_flow::{Field, Level, Packed, sample};
 
 use super::{
     generation::Generation,
+    guard::{self, Fate},
     input::StepInput,
     marker::{self, Place},
     pool::{self, Pool},
@@ -32,14 +33,13 @@ const MOST_LINES: u64 = 1000;
 pub(crate) struct Services {
     /// `ctx` leads back to this very value, which therefore never moves.
     table: abi::Host,
-    generation: u64,
     plugin: String,
     pool: Arc<Pool>,
     error: Mutex<Option<String>>,
     lines: AtomicU64,
     scratch: Mutex<Scratch>,
     in_step: AtomicBool,
-    stop: AtomicBool,
+    fate: Arc<Fate>,
     /// The step's flow, while a step runs.
     flow: AtomicPtr<abi::Flow>,
     flow_count: AtomicUsize,
@@ -83,14 +83,13 @@ impl Services {
                 texture_create: Some(texture_create),
                 texture_destroy: Some(texture_destroy),
             },
-            generation: generation.number(),
             plugin: plugin.to_owned(),
             pool: generation.pool().clone(),
             error: Mutex::new(None),
             lines: AtomicU64::new(0),
             scratch: Mutex::default(),
             in_step: AtomicBool::new(false),
-            stop: AtomicBool::new(false),
+            fate: generation.fate().clone(),
             flow: AtomicPtr::default(),
             flow_count: AtomicUsize::new(0),
             simd_level: AtomicU32::new(0),
@@ -114,7 +113,6 @@ impl Services {
     /// A call begins: an older call's message is not this one's.
     pub(crate) fn begin_call(&self) {
         self.take_error();
-        self.stop.store(false, Ordering::Relaxed);
     }
 
     /// A step begins: its scratch memory and its flow.
@@ -140,8 +138,18 @@ impl Services {
         status
     }
 
+    /// Takes over a plugin's text, then serves it as the host.
+    fn serve(&self, message: *const c_char, length: u64, service: impl FnOnce(String)) {
+        guard::require_stack();
+        guard::probe_read(message.cast(), length.min(LONGEST_TEXT) as usize);
+        marker::in_service(self.fate.generation(), || {
+            // SAFETY: the contract's pointer and length, which were just touched.
+            service(unsafe { text(message, length) });
+        });
+    }
+
     fn on_a_thread_of_ours(&self) -> bool {
-        marker::place() == Place::Plugin(self.generation)
+        marker::place() == Place::Plugin(self.fate.generation())
     }
 
     fn sample(&self, query: &abi::FlowQuery) -> i32 {
@@ -224,13 +232,13 @@ unsafe fn text(pointer: *const c_char, length: u64) -> String {
 }
 
 unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, length: u64) {
-    // SAFETY: the contract's pointers.
-    let (Some(services), message) = (unsafe { (services(ctx), text(message, length)) }) else { return };
-    let line = services.lines.fetch_add(1, Ordering::Relaxed);
-    if line >= MOST_LINES {
-        return;
-    }
-    marker::in_service(services.generation, || {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return };
+    services.serve(message, length, |message| {
+        let line = services.lines.fetch_add(1, Ordering::Relaxed);
+        if line >= MOST_LINES {
+            return;
+        }
         let plugin = services.plugin.as_str();
         if line + 1 == MOST_LINES {
             tracing::warn!(target: "reef::plugin", plugin, "its {MOST_LINES}th line: no more of it is shown");
@@ -245,14 +253,16 @@ unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, l
 }
 
 unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length: u64) {
-    // SAFETY: the contract's pointers.
-    let (Some(services), message) = (unsafe { (services(ctx), text(message, length)) }) else { return };
-    services.fail(abi::OK, message);
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return };
+    services.serve(message, length, |message| {
+        services.fail(abi::OK, message);
+    });
 }
 
 unsafe extern "C" fn should_stop(ctx: *mut c_void) -> u32 {
     // SAFETY: the contract's pointer.
-    unsafe { services(ctx) }.is_some_and(|services| services.stop.load(Ordering::Relaxed)).into()
+    unsafe { services(ctx) }.is_some_and(|services| services.fate.asked_to_stop()).into()
 }
 
 unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
@@ -264,17 +274,25 @@ unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, u
     if !services.on_a_thread_of_ours() {
         return services.fail(abi::BAD_INPUT, "parallel_for: not on a thread of the host".into());
     }
-    marker::in_service(services.generation, || match marker::current_job() {
-        // A job's own loop runs inline, as the same worker.
-        Some(worker) => (0..count).for_each(|index| {
+    guard::require_stack();
+    if let Some(worker) = marker::current_job() {
+        // A job's own loop runs inline, as the same worker, within the job's guard.
+        for index in 0..count {
             // SAFETY: the plugin says that `job` may be called with `user`.
-            marker::in_plugin(services.generation, || unsafe { job(user, index, worker) });
-        }),
-        // SAFETY: the plugin says that `job` may be called with `user` from several threads; no job runs on this
-        // thread of ours, so it is the control thread.
-        None => unsafe { services.pool.run(count, job, user) },
+            unsafe { job(user, index, worker) };
+        }
+        return abi::OK;
+    }
+    let fault = marker::in_service(services.fate.generation(), || {
+        // SAFETY: the plugin says that `job` may be called with `user` from several threads; no job runs on this thread of
+        // ours, so it is the control thread.
+        unsafe { services.pool.run(count, job, user) }
     });
-    abi::OK
+    match fault {
+        None => abi::OK,
+        // What the job left behind is in no state that its caller could go on with.
+        Some(fault) => guard::leave(fault),
+    }
 }
 
 unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32 {
@@ -286,19 +304,23 @@ unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut
     if !services.in_step.load(Ordering::Acquire) || marker::current_job().is_some() {
         return services.fail(abi::BAD_INPUT, "scratch: only in a step, and not in a job".into());
     }
-    match services.scratch.lock().unwrap_or_else(PoisonError::into_inner).take(bytes, align) {
-        Some(memory) => {
-            // SAFETY: checked above.
-            unsafe { out.write(memory.as_ptr().cast()) };
-            abi::OK
-        }
-        None => services.fail(
-            abi::NO_SPACE,
-            format!(
-                "scratch: {bytes} bytes aligned to {align}: at most {LIMIT} bytes a step, alignments to 4096"
+    guard::require_stack();
+    guard::probe_write(out.cast(), size_of::<*mut c_void>());
+    marker::in_service(services.fate.generation(), || {
+        match services.scratch.lock().unwrap_or_else(PoisonError::into_inner).take(bytes, align) {
+            Some(memory) => {
+                // SAFETY: checked and touched above.
+                unsafe { out.write(memory.as_ptr().cast()) };
+                abi::OK
+            }
+            None => services.fail(
+                abi::NO_SPACE,
+                format!(
+                    "scratch: {bytes} bytes aligned to {align}: at most {LIMIT} bytes a step, alignments to 4096"
+                ),
             ),
-        ),
-    }
+        }
+    })
 }
 
 unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
@@ -310,9 +332,13 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
     if !services.on_a_thread_of_ours() || !services.in_step.load(Ordering::Acquire) {
         return services.fail(abi::BAD_INPUT, "sample_flow: only in a step".into());
     }
+    guard::require_stack();
     // SAFETY: checked above; the query lives during the call.
     let query = unsafe { *query };
-    marker::in_service(services.generation, || services.sample(&query))
+    let length = query.count as usize * size_of::<f32>();
+    [query.x, query.y, query.z].iter().for_each(|points| guard::probe_read(points.cast(), length));
+    [query.vx, query.vy, query.vz].iter().for_each(|out| guard::probe_write(out.cast(), length));
+    marker::in_service(services.fate.generation(), || services.sample(&query))
 }
 
 /// # Safety

@@ -1,12 +1,21 @@
 //! Plugins as a host meets them: good ones, broken files, faults of every kind, and always this build's libraries.
+//! What needs guards runs where there are guards.
 
 mod bad_libraries;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod child;
 mod faults;
 mod fresh;
 mod languages;
 mod list;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod own_faults;
 mod raw;
 mod repeatable;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod runaways;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod strikes;
 mod unload;
 
 use std::path::Path;

@@ -1,0 +1,121 @@
+//! What the guards know of one generation: its threads, its text, whether a call runs and was asked to stop.
+
+use std::sync::{
+    Arc, Mutex, MutexGuard, PoisonError,
+    atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
+};
+
+use super::{
+    Text,
+    machine::{self, Thread},
+};
+
+/// Which limit a call has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Watch {
+    /// A step's.
+    Step,
+    /// That of everything else.
+    Other,
+}
+
+/// How far a runaway's end has come.
+pub(super) mod stage {
+    /// It is not being stopped.
+    pub(crate) const NONE: u32 = 0;
+    /// Its text may not be executed any more.
+    pub(crate) const DENIED: u32 = 1;
+    /// It does not come back to its text: it is left wherever it is.
+    pub(crate) const LEAVE: u32 = 2;
+}
+
+/// One generation, as the guards see it.
+#[derive(Debug)]
+pub(crate) struct Fate {
+    generation: u64,
+    /// Begins and ends of watched calls: odd while one runs.
+    pub(super) call: AtomicU64,
+    step: AtomicBool,
+    /// The value of `call` whose call is asked to stop.
+    pub(super) asked: AtomicU64,
+    /// `stage::*`.
+    pub(super) stage: AtomicU32,
+    quarantined: AtomicBool,
+    /// Executable memory of the library; None: it is linked into the program, not loaded yet, or closed.
+    text: Mutex<Option<Text>>,
+    threads: Mutex<Vec<Thread>>,
+}
+
+impl Fate {
+    /// Of a generation that was not at fault yet.
+    pub(crate) fn new(generation: u64) -> Arc<Self> {
+        let fate = Arc::new(Self {
+            generation,
+            call: AtomicU64::new(0),
+            step: AtomicBool::new(false),
+            asked: AtomicU64::new(0),
+            stage: AtomicU32::new(stage::NONE),
+            quarantined: AtomicBool::new(false),
+            text: Mutex::new(None),
+            threads: Mutex::default(),
+        });
+        machine::watch(&fate);
+        fate
+    }
+
+    /// Number of the generation.
+    pub(crate) fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Runs a call on the control thread while the watchdog looks at it.
+    pub(crate) fn watched<R>(&self, watch: Watch, call: impl FnOnce() -> R) -> R {
+        // Only the control thread writes these: plain stores will do. Should the watchdog see the end of a call late and
+        // condemn the next one, it condemns the right generation.
+        let number = self.call.load(Ordering::Relaxed);
+        self.step.store(watch == Watch::Step, Ordering::Relaxed);
+        self.call.store(number + 1, Ordering::Release);
+        machine::wake_watchdog();
+        let result = call();
+        self.call.store(number + 2, Ordering::Release);
+        result
+    }
+
+    /// Which limit the running call has.
+    pub(super) fn watch(&self) -> Watch {
+        if self.step.load(Ordering::Relaxed) { Watch::Step } else { Watch::Other }
+    }
+
+    /// Should the running call return soon?
+    pub(crate) fn asked_to_stop(&self) -> bool {
+        self.asked.load(Ordering::Relaxed) == self.call.load(Ordering::Relaxed)
+    }
+
+    /// Its code may never run again.
+    pub(crate) fn is_quarantined(&self) -> bool {
+        self.quarantined.load(Ordering::Acquire)
+    }
+
+    /// Its code must never run again; all of its threads have left it.
+    pub(crate) fn quarantine(&self) {
+        self.quarantined.store(true, Ordering::Release);
+        // The system runs what is left of it when the program ends (destructors of the C runtime): executable again.
+        if let Some(text) = self.text().take() {
+            text.allow();
+        }
+        machine::end_without_destructors();
+    }
+
+    /// Where the code is that may be taken away from a runaway.
+    pub(crate) fn set_text(&self, text: Option<Text>) {
+        *self.text() = text;
+    }
+
+    pub(super) fn text(&self) -> MutexGuard<'_, Option<Text>> {
+        self.text.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn threads(&self) -> MutexGuard<'_, Vec<Thread>> {
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,64 @@
+//! How a guarded call ended that did not return.
+
+use std::time::Duration;
+
+/// What ended a call.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    /// A signal, in words: `SIGSEGV: address 0x10 is not mapped`.
+    Signal(String),
+    /// It did not end in time.
+    Runaway {
+        /// The limit after which it was asked to stop.
+        limit: Duration,
+    },
+}
+
+/// How a call ended that did not return.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Fault {
+    pub(crate) cause: Cause,
+    /// Where the code was: `libsea.so+0x1c20`. None: unknown.
+    pub(crate) place: Option<String>,
+    /// The job of `parallel_for` that it was in.
+    pub(crate) job: Option<u32>,
+}
+
+impl Fault {
+    /// As people read it; the plugin and the call are its subject.
+    pub(crate) fn describe(&self, plugin: &str, call: &str) -> String {
+        let cause = match &self.cause {
+            Cause::Signal(text) => text.clone(),
+            Cause::Runaway { limit } => {
+                format!("it did not end {} ms after it began, nor when it was asked to", limit.as_millis())
+            }
+        };
+        let job = self.job.map(|job| format!(", in job {job}")).unwrap_or_default();
+        let place = self.place.as_ref().map(|place| format!(", at {place}")).unwrap_or_default();
+        format!(
+            "plugin `{plugin}`: {call} was stopped: {cause}{place}{job}; its library is not called any more"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_names_plugin_call_signal_address_job_and_place() {
+        let fault = Fault {
+            cause: Cause::Signal("SIGSEGV: address 0x10 is not mapped".into()),
+            place: Some("libsea.so+0x1c20".into()),
+            job: Some(7),
+        };
+        assert_eq!(
+            fault.describe("a.b", "step"),
+            "plugin `a.b`: step was stopped: SIGSEGV: address 0x10 is not mapped, at libsea.so+0x1c20, in job 7; its \
+             library is not called any more"
+        );
+        let limit = Duration::from_millis(250);
+        let runaway = Fault { cause: Cause::Runaway { limit }, place: None, job: None };
+        assert!(runaway.describe("a.b", "step").contains("did not end 250 ms after it began"));
+    }
+}

@@ -1,0 +1,103 @@
+//! The guarded call on x86-64 (System V).
+
+use std::{arch::naked_asm, ffi::c_void};
+
+use super::frame::Frame;
+
+/// Calls `call(data)` and returns 0; returns 1 when it was left. What a call preserves (rbx, rbp, r12 to r15, the control
+/// bits of MXCSR) is as before in both cases.
+///
+/// # Safety
+/// `call` may be called with `data`; `frame` lives until this returns.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn enter(
+    call: unsafe extern "C" fn(*mut c_void),
+    data: *mut c_void,
+    frame: *mut Frame,
+) -> u32 {
+    naked_asm!(
+        ".cfi_startproc",
+        "push rbp",
+        "mov rbp, rsp",
+        ".cfi_def_cfa rbp, 16", // Debuggers find the way from a plugin's code to the host.
+        ".cfi_offset rbp, -16",
+        "push rbx",
+        "push r12",
+        "push r13",
+        "push r14",
+        "push r15",
+        ".cfi_offset rbx, -24",
+        ".cfi_offset r12, -32",
+        ".cfi_offset r13, -40",
+        ".cfi_offset r14, -48",
+        ".cfi_offset r15, -56",
+        "sub rsp, 24", // [rsp]: MXCSR before, [rsp + 8]: after; rsp is a multiple of 16.
+        "stmxcsr [rsp]",
+        "mov [rdx], rsp", // Frame::sp
+        "lea rax, [rip + 2f]",
+        "mov [rdx + 8], rax", // Frame::pc
+        "mov rax, rdi",
+        "mov rdi, rsi",
+        "call rax",
+        "xor eax, eax",
+        "stmxcsr [rsp + 8]",
+        "mov ecx, [rsp + 8]",
+        "xor ecx, [rsp]",
+        "test ecx, 0xffc0", // All but the sticky flags, which nobody reads.
+        "jne 4f",
+        "3:",
+        "add rsp, 24",
+        "pop r15",
+        "pop r14",
+        "pop r13",
+        "pop r12",
+        "pop rbx",
+        "pop rbp",
+        ".cfi_remember_state",
+        ".cfi_def_cfa rsp, 8",
+        "ret",
+        ".cfi_restore_state",
+        "2:", // Left: rsp is Frame::sp again.
+        "cld",
+        "fninit",
+        "mov eax, 1",
+        "4:",
+        "ldmxcsr [rsp]",
+        "jmp 3b",
+        ".cfi_endproc",
+    )
+}
+
+/// Leaves the guarded call of a frame.
+///
+/// # Safety
+/// The frame is the innermost of this thread, and nothing above it on the stack must be dropped.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn leave(frame: *mut Frame) -> ! {
+    naked_asm!("mov rsp, [rdi]", "jmp [rdi + 8]")
+}
+
+/// Program counter of an interrupted thread.
+///
+/// # Safety
+/// The context that the kernel gave to a signal handler.
+pub(super) unsafe fn program_counter(context: *mut libc::ucontext_t) -> usize {
+    // SAFETY: the caller's promise.
+    unsafe { (*context).uc_mcontext.gregs[libc::REG_RIP as usize] as usize }
+}
+
+/// Makes an interrupted thread go on where the frame's call is left.
+///
+/// # Safety
+/// The context that the kernel gave to a signal handler; the frame is the innermost of this thread.
+pub(super) unsafe fn redirect(context: *mut libc::ucontext_t, frame: *const Frame) {
+    /// Trap, direction and alignment-check flags.
+    const FLAGS: i64 = 0x100 | 0x400 | 0x4_0000;
+    // SAFETY: the caller's promise.
+    unsafe {
+        let registers = &mut (*context).uc_mcontext.gregs;
+        registers[libc::REG_RSP as usize] = (*frame).sp as i64;
+        registers[libc::REG_RIP as usize] = (*frame).pc as i64;
+        registers[libc::REG_EFL as usize] &= !FLAGS;
+    }
+}
