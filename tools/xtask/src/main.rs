@@ -2,6 +2,7 @@
 
 mod artifacts;
 mod contract;
+mod demo;
 mod packages;
 mod shaders;
 
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let rest = arguments.get(1..).unwrap_or_default();
     let outcome = match arguments.first().map(String::as_str) {
-        Some("demo") => demo(rest),
+        Some("demo") => demo::demo(rest),
         Some("test") => test(rest),
         Some("lint") => lint(),
         Some("shaders") => shaders::shaders(rest),
@@ -85,35 +86,6 @@ fn cargo() -> Command {
 fn run(command: &mut Command, what: &str) -> Outcome {
     let status = command.status().map_err(|error| Failure::machine(format!("{what}: {error}")))?;
     if status.success() { Ok(()) } else { Err(Failure::check(format!("{what} failed ({status})"))) }
-}
-
-/// Sets up what the demo needs, builds the program and its plugins, and shows the sea.
-fn demo(arguments: &[String]) -> Outcome {
-    let display = env::var_os("DISPLAY").is_some() || env::var_os("WAYLAND_DISPLAY").is_some();
-    let mut groups = vec!["run"];
-    if display {
-        groups.push("window");
-    }
-    packages::require(&groups)?;
-    let built = artifacts::build()?;
-    let mut reef = Command::new(&built.program);
-    reef.current_dir(root()).arg("--plugin-dir").arg(&built.plugins);
-    if display {
-        println!("Opening the sea in a window …");
-        return run(reef.args(arguments), "reef");
-    }
-    let scene = match arguments.first() {
-        Some(scene) if !scene.starts_with('-') => PathBuf::from(scene),
-        _ => root().join("assets/scenes/reef.toml"),
-    };
-    let picture = root().join("out/demo.png");
-    std::fs::create_dir_all(root().join("out"))
-        .map_err(|error| Failure::usage(format!("cannot make the folder out: {error}")))?;
-    println!("No display here: rendering the sea to a picture …");
-    reef.arg("render").arg(&scene).args(["--frames", "1", "--from", "6", "--size", "1280x720", "--out"]);
-    run(reef.arg(&picture), "reef render")?;
-    println!("The sea is in {}", picture.display());
-    Ok(())
 }
 
 /// Sets up what the tests need, then runs them all; none of them may be skipped.
