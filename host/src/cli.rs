@@ -1,10 +1,10 @@
 //! The command line: one subcommand a file in [`crate::headless`], the window without one.
 
-use std::{io::Write, path::PathBuf, process::ExitCode};
+use std::{path::PathBuf, process::ExitCode};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 
-use crate::{app, headless};
+use crate::{app, headless, open, report};
 
 /// A living sea: run it, render it, write plugins for it.
 #[derive(Parser, Debug)]
@@ -82,14 +82,6 @@ fn workers(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Errors keep one line a sentence, however long: `file:line:column` must stay whole for editors and scripts.
-fn install_reporter() {
-    // A second hook in one process is a test's own affair.
-    let _ = miette::set_hook(Box::new(|_| {
-        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).context_lines(1).build())
-    }));
-}
-
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -99,7 +91,6 @@ pub fn main() -> ExitCode {
         Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
     }
     crate::log::init();
-    install_reporter();
     let common = &cli.common;
     let outcome = match &cli.command {
         None => app::run(common, &cli.window),
@@ -112,11 +103,10 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(args)) => headless::doctor::run(common, args),
         Some(Command::Shaders(args)) => headless::shaders::run(common, args),
     };
-    match outcome {
+    match outcome.and_then(|()| open::all_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            // Nobody may be listening; the exit code still says it.
-            let _ = writeln!(std::io::stderr().lock(), "{:?}", failure.report);
+            report::tell(&failure.report);
             ExitCode::from(failure.code)
         }
     }

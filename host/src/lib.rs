@@ -14,4 +14,5 @@ pub mod log;
 pub mod open;
 pub mod plugin;
 pub mod render;
+pub mod report;
 pub mod world;

@@ -36,8 +36,12 @@ pub fn init() {
     let filter = asked.unwrap_or_else(|| {
         Targets::new().with_default(LevelFilter::WARN).with_target("winit", LevelFilter::ERROR)
     });
-    let stderr =
-        tracing_subscriber::fmt::layer().with_writer(std::io::stderr).without_time().with_target(false);
+    // It would tell standard error that standard error cannot be written, and panic.
+    let stderr = tracing_subscriber::fmt::layer()
+        .log_internal_errors(false)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false);
     // A second subscriber in one process is a test's own affair.
     let _ = tracing_subscriber::registry().with(stderr.with_filter(filter)).with(ForPanel).try_init();
 }

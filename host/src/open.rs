@@ -3,12 +3,13 @@
 use std::{
     io::Write,
     path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
     thread,
 };
 
 use crate::{
     cli::Common,
-    failure::Failure,
+    failure::{Failure, Outcome},
     plugin::Registry,
     world::{
         Options, World, assets,
@@ -61,9 +62,26 @@ pub fn world(common: &Common, wanted: &Path, trace: bool) -> Result<World, Failu
     World::new(scene, &plugins, &options).map_err(Failure::input)
 }
 
-/// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed.
+/// What standard output did not take.
+static UNSAID: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed. Anything
+/// else (a full disk) is told by [`all_said`].
 pub fn say(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout().lock(), "{line}");
+    match writeln!(std::io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            *UNSAID.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+        }
+        _ => {}
+    }
+}
+
+/// Fails when something that a command said got lost.
+pub fn all_said() -> Outcome {
+    match UNSAID.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        None => Ok(()),
+        Some(error) => Err(Failure::machine(miette::miette!("standard output cannot be written: {error}"))),
+    }
 }
 
 /// A progress bar on standard error; nothing where that is no terminal, or nobody would have to wait for it.

@@ -4,7 +4,7 @@
 use std::{
     env, fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
     sync::OnceLock,
 };
 
@@ -222,4 +222,48 @@ fn saves_recordings_and_journals_of_the_program_fit_together() {
     let mut steps: Vec<&str> = lines.map(|line| line.split(',').next().unwrap_or_default()).collect();
     steps.dedup();
     assert_eq!(steps, ["0", "3", "6"]);
+}
+
+#[test]
+fn a_reader_that_went_away_is_no_error_but_a_full_disk_is() {
+    let program = installed().path().join(format!("reef{}", env::consts::EXE_SUFFIX));
+    let run = |arguments: &[&str], stdout: Stdio, stderr: Stdio| {
+        let mut command = Command::new(&program);
+        command.args(["--assets".as_ref(), workspace().join("assets").as_os_str()]).args(arguments);
+        command.env_remove("REEF_LOG").stdout(stdout).stderr(stderr).output().expect("the program runs")
+    };
+    let gone = || Stdio::from(std::io::pipe().expect("a pipe").1);
+    for arguments in [
+        ["scene", "schema"].as_slice(),
+        &["scene", "reference"],
+        &["plugin", "list"],
+        &["plugin", "list", "--json"],
+        &["sim", "reef", "--steps", "3", "--hash"],
+        &["--help"],
+    ] {
+        let output = run(arguments, gone(), Stdio::piped());
+        assert!(output.status.success(), "{arguments:?}: {}: {}", output.status, text(&output.stderr));
+        assert_eq!(text(&output.stderr), "", "{arguments:?}");
+    }
+    // Nobody hears the error, and a warning before it; the exit code still says it.
+    let bad = tempfile::tempdir().expect("a folder");
+    fs::write(
+        bad.path().join(format!("{}x{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)),
+        "no library",
+    )
+    .expect("a file");
+    let plugins = bad.path().to_str().expect("UTF-8");
+    let output =
+        run(&["sim", "no-such-scene", "--steps", "1", "--plugin-dir", plugins], Stdio::piped(), gone());
+    assert_eq!(output.status.code(), Some(2));
+    if cfg!(target_os = "linux") {
+        let full = fs::File::options().write(true).open("/dev/full").expect("/dev/full");
+        let output = run(&["scene", "schema"], full.into(), Stdio::piped());
+        assert_eq!(output.status.code(), Some(3));
+        assert!(
+            text(&output.stderr).contains("standard output cannot be written"),
+            "{}",
+            text(&output.stderr)
+        );
+    }
 }

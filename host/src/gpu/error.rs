@@ -8,11 +8,10 @@ use crate::failure::Failure;
 pub type Result<T> = std::result::Result<T, GpuError>;
 
 /// A failure of Vulkan, its loader, its driver, or of how it was asked.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// The loader (libvulkan) is not there.
     #[error("no Vulkan loader was found: {reason}")]
-    #[diagnostic(code(reef::gpu::no_loader), help("{help}"))]
     NoLoader {
         /// What the dynamic linker said.
         reason: String,
@@ -21,14 +20,12 @@ pub enum GpuError {
     },
     /// The loader is there, but it knows no driver.
     #[error("the Vulkan loader found no driver")]
-    #[diagnostic(code(reef::gpu::no_driver), help("{help}"))]
     NoDriver {
         /// The command that installs one.
         help: String,
     },
     /// `--device` names none of the devices.
     #[error("no Vulkan device matches `{wanted}`")]
-    #[diagnostic(code(reef::gpu::no_such_device), help("the devices are:\n{devices}"))]
     NoSuchDevice {
         /// What was asked for.
         wanted: String,
@@ -37,7 +34,6 @@ pub enum GpuError {
     },
     /// No device has what Reef needs.
     #[error("no Vulkan device can run Reef:\n{reasons}")]
-    #[diagnostic(code(reef::gpu::unsuitable), help("{help}"))]
     Unsuitable {
         /// One line a device: what it lacks.
         reasons: String,
@@ -46,14 +42,12 @@ pub enum GpuError {
     },
     /// Validation was asked for and the layer is not installed.
     #[error("validation was asked for, but VK_LAYER_KHRONOS_validation is not loaded")]
-    #[diagnostic(code(reef::gpu::no_layer), help("{help}"))]
     NoLayer {
         /// The command that installs it.
         help: String,
     },
     /// A call failed.
     #[error("{call} failed: {result}")]
-    #[diagnostic(code(reef::gpu::call))]
     Vulkan {
         /// The function's name.
         call: &'static str,
@@ -62,17 +56,12 @@ pub enum GpuError {
     },
     /// The device stopped answering.
     #[error("the graphics device was lost; it was running: {passes}")]
-    #[diagnostic(
-        code(reef::gpu::device_lost),
-        help("a crashed or reset driver: see the system's log; `reef doctor` shows the devices")
-    )]
     DeviceLost {
         /// The passes of the frame that did not end.
         passes: String,
     },
     /// Memory could not be had.
     #[error("no graphics memory for `{name}` ({bytes} bytes): {reason}")]
-    #[diagnostic(code(reef::gpu::memory))]
     Memory {
         /// The resource's name.
         name: String,
@@ -83,7 +72,6 @@ pub enum GpuError {
     },
     /// A shader that does not exist, or that is no usable SPIR-V.
     #[error("shader `{name}`: {reason}")]
-    #[diagnostic(code(reef::gpu::shader))]
     Shader {
         /// The shader's file name in `shaders/`.
         name: String,
@@ -92,7 +80,6 @@ pub enum GpuError {
     },
     /// A pass declared something that cannot be, or used what it did not declare.
     #[error("pass `{pass}`: {reason}")]
-    #[diagnostic(code(reef::gpu::pass))]
     Pass {
         /// The pass's name.
         pass: String,
@@ -101,7 +88,6 @@ pub enum GpuError {
     },
     /// A resource that cannot be made or used so.
     #[error("`{name}`: {reason}")]
-    #[diagnostic(code(reef::gpu::resource))]
     Resource {
         /// The resource's name.
         name: String,
@@ -110,11 +96,26 @@ pub enum GpuError {
     },
     /// The window system refuses.
     #[error("the window's surface cannot be drawn to: {reason}")]
-    #[diagnostic(code(reef::gpu::surface))]
     Surface {
         /// Why not.
         reason: String,
     },
+}
+
+impl miette::Diagnostic for GpuError {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        match self {
+            Self::NoLoader { help, .. }
+            | Self::NoDriver { help }
+            | Self::Unsuitable { help, .. }
+            | Self::NoLayer { help } => Some(Box::new(help)),
+            Self::NoSuchDevice { devices, .. } => Some(Box::new(format!("the devices are:\n{devices}"))),
+            Self::DeviceLost { .. } => Some(Box::new(
+                "a crashed or reset driver: see the system's log; `reef doctor` shows the devices",
+            )),
+            _ => None,
+        }
+    }
 }
 
 impl From<GpuError> for Failure {

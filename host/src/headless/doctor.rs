@@ -10,6 +10,7 @@ use crate::{
         packages::{self, on_path},
         self_test,
     },
+    open::say,
 };
 
 /// Options of `reef doctor`.
@@ -47,9 +48,9 @@ pub fn run(common: &Common, _args: &Args) -> Outcome {
     if common.json {
         let text = serde_json::to_string_pretty(&diagnosis)
             .map_err(|error| Failure::check(miette::miette!("{error}")))?;
-        say(&text);
+        say(text);
     } else {
-        say(&describe(&diagnosis));
+        say(describe(&diagnosis));
     }
     if diagnosis.can_render {
         return Ok(());
@@ -192,12 +193,6 @@ fn describe(diagnosis: &Diagnosis) -> String {
         lines.push(format!("  {} (Vulkan {})", layer.name, layer.version));
     }
     lines.join("\n")
-}
-
-/// Prints; a reader that has gone away wants no more.
-fn say(text: &str) {
-    use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::{
 const MOST: u32 = 16_384;
 
 /// Why a picture could not be read.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file or its folder.
     #[error("{path}: {source}")]
@@ -34,6 +34,8 @@ pub enum PictureError {
         reason: String,
     },
 }
+
+impl miette::Diagnostic for PictureError {}
 
 /// Writes a picture as PNG, whole or not at all. Alpha is left out.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), WriteError> {

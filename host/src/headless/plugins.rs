@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    open::say,
     plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
 };
 
@@ -37,9 +38,9 @@ fn list(common: &Common) -> Outcome {
     // One worker: nothing is stepped.
     let registry = Registry::find(&common.plugin_dir, 1);
     if common.json {
-        println!("{:#}", to_json(&registry));
+        say(format_args!("{:#}", to_json(&registry)));
     } else {
-        print!("{}", to_text(&registry));
+        say(to_text(&registry).trim_end());
     }
     let unwanted = registry.refused().len();
     match unwanted {

@@ -1,6 +1,6 @@
 //! `reef scene`: errors without running, the JSON Schema for editors, the reference for people.
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use serde_json::json;
 
@@ -8,6 +8,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     open::{self, say},
+    report,
     world::scene::{reference, schema},
 };
 
@@ -53,7 +54,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
                         }
                         // The last failure ends the command; those before it are told here.
                         if let Some(before) = failed.replace(failure) {
-                            let _ = writeln!(std::io::stderr().lock(), "{:?}", before.report);
+                            report::tell(&before.report);
                         }
                     }
                 }

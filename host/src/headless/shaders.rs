@@ -11,6 +11,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV},
+    open::say,
 };
 
 /// Options of `reef shaders`.
@@ -45,7 +46,7 @@ pub fn run(_common: &Common, args: &Args) -> Outcome {
             Some(spirv) => spirv,
             None => match compiler(&folder.join(&stage.name)) {
                 Ok(spirv) => {
-                    println!("{} ({} bytes)", stage.name, spirv.len());
+                    say(format_args!("{} ({} bytes)", stage.name, spirv.len()));
                     write(&target, &spirv)?;
                     spirv
                 }
@@ -66,7 +67,7 @@ pub fn run(_common: &Common, args: &Args) -> Outcome {
     text.push(b'\n');
     write(&folder.join(MANIFEST), &text)?;
     write(&args.embedded, embedded(manifest.shaders.keys()).as_bytes())?;
-    println!("{} shaders are up to date", stages.len());
+    say(format_args!("{} shaders are up to date", stages.len()));
     Ok(())
 }
 

@@ -8,6 +8,7 @@ mod shaders;
 
 use std::{
     env,
+    io::Write,
     path::{Path, PathBuf},
     process::{Command, ExitCode},
 };
@@ -55,7 +56,8 @@ fn main() -> ExitCode {
         Some("shaders") => shaders::shaders(rest),
         Some("contract") => contract::bless(&root()),
         None | Some("help" | "--help" | "-h") => {
-            println!("{HELP}");
+            // A reader that went away read enough.
+            let _ = writeln!(std::io::stdout().lock(), "{HELP}");
             Ok(())
         }
         Some(other) => Err(Failure::usage(format!("there is no chore `{other}`\n\n{HELP}"))),
