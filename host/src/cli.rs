@@ -60,7 +60,7 @@ enum Command {
     Validate(headless::validate::Args),
     /// Step a scene without a GPU: hashes, recordings, states.
     Sim(headless::sim::Args),
-    /// What is loaded.
+    /// What is loaded, and a beginning for a plugin of your own.
     Plugin(headless::plugins::Args),
     /// Check scene files, print their JSON Schema.
     Scene(headless::scenes::Args),

@@ -7,6 +7,7 @@ pub mod pictures;
 pub mod plugins;
 pub mod render;
 pub mod report;
+pub mod scaffold;
 pub mod scenes;
 pub mod shaders;
 pub mod show;

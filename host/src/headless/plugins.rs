@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    headless::scaffold,
     open::say,
     plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
 };
@@ -24,12 +25,15 @@ pub struct Args {
 pub enum Command {
     /// Lists the plugins that are found, with their parameters, and the files that were refused.
     List,
+    /// Makes a folder with a plugin that builds and moves.
+    New(scaffold::Args),
 }
 
 /// Runs the subcommand.
 pub fn run(common: &Common, args: &Args) -> Outcome {
-    match args.command {
+    match &args.command {
         Command::List => list(common),
+        Command::New(args) => scaffold::run(common, args),
     }
 }
 

@@ -31,8 +31,8 @@
 #define LIFT 0.02f             /* [m2/s2] square of the speed whose drag equals the lift: 0.14 m/s */
 #define LEAN 0.06f             /* slope of a stalk in still water, away from the middle */
 #define CROOK 0.4f             /* most by which a segment differs from that, from side to side */
-#define GOLDEN_COS -0.73736888f /* of the golden angle, 137.5 degrees */
-#define GOLDEN_SIN 0.67549029f
+#define GOLDEN_COS -0.7373689f /* of the golden angle, 137.5 degrees */
+#define GOLDEN_SIN 0.6754903f
 
 /* ---------------------------------------------------------------------------------------------------- parameters */
 enum { COUNT, HEIGHT, STIFFNESS, DELAY, X, Z, PARAMS };

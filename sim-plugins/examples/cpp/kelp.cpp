@@ -152,7 +152,7 @@ constexpr float unit(std::uint32_t hash) { return static_cast<float>(hash >> 8) 
 
 // Turned by the golden angle, 137.5 degrees.
 constexpr Vec2 turned(Vec2 v) {
-  constexpr float c = -0.73736888f, s = 0.67549029f;
+  constexpr float c = -0.7373689f, s = 0.6754903f;
   return {v[0] * c - v[1] * s, v[0] * s + v[1] * c};
 }
 

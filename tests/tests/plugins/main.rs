@@ -14,6 +14,7 @@ mod raw;
 mod repeatable;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod runaways;
+mod scaffold;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod strikes;
 mod unload;

@@ -37,7 +37,7 @@ const LEAN: f32 = 0.06;
 /// Most by which a segment differs from that, from side to side.
 const CROOK: f32 = 0.4;
 /// Cosine and sine of the golden angle, 137.5 degrees.
-const GOLDEN: [f32; 2] = [-0.737_368_88, 0.675_490_29];
+const GOLDEN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
 
 /// Ids of the parameters: they never change.
 const COUNT: u32 = 1;
