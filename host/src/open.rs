@@ -55,10 +55,10 @@ pub fn scene(common: &Common, wanted: &Path, plugins: &Registry) -> Result<Scene
 }
 
 /// Reads a scene and makes its sea, with the command line's seed and workers.
-pub fn world(common: &Common, wanted: &Path, trace: bool) -> Result<World, Failure> {
+pub fn world(common: &Common, wanted: &Path, options: Options) -> Result<World, Failure> {
     let plugins = plugins(common)?;
     let scene = scene(common, wanted, &plugins)?;
-    let options = Options { seed: common.seed, trace, ..Options::default() };
+    let options = Options { seed: common.seed, ..options };
     World::new(scene, &plugins, &options).map_err(Failure::input)
 }
 

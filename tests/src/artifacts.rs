@@ -6,7 +6,7 @@ use std::{
     env, fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    sync::OnceLock,
+    sync::{Mutex, OnceLock, PoisonError},
 };
 
 use tempfile::TempDir;
@@ -35,11 +35,31 @@ pub fn artifacts() -> &'static Artifacts {
     BUILT.get_or_init(|| build(workspace(), &PACKAGES, None))
 }
 
+/// The library of a package of this workspace as a build with these features makes it, in a file of its own in `folder`.
+///
+/// # Panics
+/// When the build fails.
+pub fn variant(package: &str, library: &str, features: &str, folder: &Path) -> PathBuf {
+    // Builds of the same package share their file: one at a time, in this program and in others.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let lock = fs::File::create(env::temp_dir().join("reef-tests-variants.lock")).expect("a lock");
+    lock.lock().expect("the lock");
+    let built = build_with(workspace(), &[package], &["--features", features], None);
+    let kept = folder.join(format!("{library}-{features}{}", env::consts::DLL_SUFFIX));
+    fs::copy(built.plugin(library), &kept).expect("the library is copied");
+    kept
+}
+
 /// Builds packages of a workspace and returns what cargo names.
 ///
 /// # Panics
 /// When the build fails: its messages are in the panic's.
 pub fn build(workspace: &Path, packages: &[&str], target: Option<&Path>) -> Artifacts {
+    build_with(workspace, packages, &[], target)
+}
+
+fn build_with(workspace: &Path, packages: &[&str], more: &[&str], target: Option<&Path>) -> Artifacts {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(workspace).args(["build", "--quiet", "--message-format=json-render-diagnostics"]);
     if !cfg!(debug_assertions) {
@@ -48,6 +68,7 @@ pub fn build(workspace: &Path, packages: &[&str], target: Option<&Path>) -> Arti
     for package in packages {
         command.args(["--package", package]);
     }
+    command.args(more);
     if let Some(target) = target {
         command.arg("--target-dir").arg(target);
     }

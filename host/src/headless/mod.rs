@@ -14,3 +14,4 @@ pub mod show;
 pub mod sim;
 pub mod studio;
 pub mod validate;
+pub mod watch;

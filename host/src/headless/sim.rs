@@ -12,12 +12,15 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     files::Writing,
+    live::REMEMBER,
     open::{self, say},
+    plugin::Library,
     world::{
-        World,
+        Options, World,
         hash::{Chain, hex},
         journal::Journal,
         record,
+        swap::Swap,
     },
 };
 
@@ -26,9 +29,15 @@ use crate::{
 pub struct Args {
     /// Scene to step: a file, or the name of one in assets/scenes.
     pub scene: PathBuf,
-    /// How many steps.
-    #[arg(long, value_name = "N")]
-    pub steps: u64,
+    /// How many steps; with --watch without an end where it is not given.
+    #[arg(long, value_name = "N", required_unless_present = "watch")]
+    pub steps: Option<u64>,
+    /// In real time, taking up newer builds of plugins, and edits of the scene and its species, as they are saved.
+    #[arg(long, conflicts_with_all = ["hash", "record", "load_state", "save_state", "replay", "reload_at"])]
+    pub watch: bool,
+    /// Load all plugins anew before this step: hashes must not change.
+    #[arg(long, value_name = "STEP", hide = true)]
+    pub reload_at: Option<u64>,
     /// Print one hash a step over all streams and states, each chained to the one before.
     #[arg(long)]
     pub hash: bool,
@@ -63,7 +72,16 @@ pub struct Args {
 
 /// Steps the scene.
 pub fn run(common: &Common, args: &Args) -> Outcome {
-    let mut world = open::world(common, &args.scene, args.record.is_some())?;
+    if args.watch {
+        return super::watch::run(common, args);
+    }
+    let steps = args.steps.unwrap_or_default();
+    let options = Options {
+        trace: args.record.is_some(),
+        remember: args.reload_at.map(|_| REMEMBER),
+        ..Options::default()
+    };
+    let mut world = open::world(common, &args.scene, options)?;
     let mut chain = Chain::default();
     if let Some(path) = &args.load_state {
         let saved = world.load_from(path).map_err(Failure::input)?;
@@ -95,11 +113,14 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     }
     let hashing = args.hash || args.save_state.is_some();
     let plain = !common.json;
-    let bar = open::progress(args.steps, "steps", plain && !(args.hash && std::io::stdout().is_terminal()));
+    let bar = open::progress(steps, "steps", plain && !(args.hash && std::io::stdout().is_terminal()));
     let mut hashes = Vec::new();
     let began = Instant::now();
     let mut simulated = 0.0;
-    for _ in 0..args.steps {
+    for _ in 0..steps {
+        if args.reload_at == Some(world.clock().step + 1) {
+            reload(&mut world, open::workers(common))?;
+        }
         world.step();
         simulated += world.step_seconds();
         if hashing {
@@ -138,7 +159,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         say(json!({
             "scene": world.scene().name,
             "seed": world.seed(),
-            "steps": args.steps,
+            "steps": steps,
             "step": world.clock().step,
             "time": world.clock().time(),
             "seconds": began.elapsed().as_secs_f64(),
@@ -148,11 +169,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             "messages": messages,
         }));
     } else {
-        let per_step = if args.steps > 0 { simulated / args.steps as f64 * 1e3 } else { 0.0 };
+        let per_step = if steps > 0 { simulated / steps as f64 * 1e3 } else { 0.0 };
         say(format_args!(
             "{}: {} steps to {:.3} s of the sea, {per_step:.3} ms a step",
             world.scene().name,
-            args.steps,
+            steps,
             world.clock().time()
         ));
         if args.hash {
@@ -166,6 +187,33 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         return Err(Failure::check(miette::miette!(
             "a module failed on the way and stands still (see above)"
         )));
+    }
+    Ok(())
+}
+
+/// Loads the libraries of all modules anew and lets the new instances take their places.
+fn reload(world: &mut World, workers: usize) -> Outcome {
+    let mut paths: Vec<PathBuf> = world.modules().filter_map(|(_, info)| info.path.clone()).collect();
+    paths.sort();
+    paths.dedup();
+    for path in paths {
+        let failed = |problem: String| Failure::check(miette::miette!("{}: {problem}", path.display()));
+        let (_, plugins) = Library::load(&path, workers).map_err(|refusal| failed(refusal.to_string()))?;
+        let job = world.order_reload(&plugins).map_err(|error| failed(error.to_string()))?;
+        let Some(job) = job else { continue };
+        let outcome = std::thread::scope(|scope| {
+            scope.spawn(|| job.work(|| {}));
+            loop {
+                match world.swap(&job) {
+                    Swap::NotYet => std::thread::yield_now(),
+                    outcome => break outcome,
+                }
+            }
+        });
+        match outcome {
+            Swap::Failed(problem) => return Err(failed(problem)),
+            outcome => drop(outcome),
+        }
     }
     Ok(())
 }

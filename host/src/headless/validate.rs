@@ -129,7 +129,7 @@ fn validate(
     gpu: &Gpu,
 ) -> Result<Verdict, Failure> {
     let name = scene.file_stem().map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned());
-    let world = open::world(common, scene, false)?;
+    let world = open::world(common, scene, crate::world::Options::default())?;
     // The middle of what is worth watching: things have settled into their motion, and nothing has ended.
     let (time, dt) = (world.scene().file.scene.duration * 0.5, world.clock().dt);
     let mut show = Show::new(world);

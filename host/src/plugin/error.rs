@@ -27,6 +27,14 @@ pub enum Refusal {
     /// Not a dynamic library.
     #[error("is no dynamic library: {0}")]
     NoLibrary(String),
+    /// A part of it: a build that goes on, or did not finish.
+    #[error("is cut: it has {has} bytes, its sections end at {needs} (a build that did not finish?)")]
+    Cut {
+        /// Bytes in the file.
+        has: u64,
+        /// Bytes that its headers speak of.
+        needs: u64,
+    },
     /// A library for another machine or system.
     #[error("is a library for {found}; this program runs on {expected}")]
     OtherMachine {

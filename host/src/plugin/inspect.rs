@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path};
 
-use object::{ExportTarget, Object, ObjectSection};
+use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
 
 use super::{error::Refusal, services::version_text};
@@ -64,6 +64,7 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
     if file.kind() != object::ObjectKind::Dynamic {
         return Err(Refusal::NoLibrary("it is a program or an object file".into()));
     }
+    whole(&file, bytes.len() as u64)?;
     let exports = file.exports().map_err(|error| Refusal::NoLibrary(error.to_string()))?;
     let symbol = abi::ENTRY_SYMBOL.as_bytes();
     let is_entry = |name: &[u8]| name == symbol || name.strip_prefix(b"_") == Some(symbol);
@@ -87,6 +88,14 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
     let sizes = number(8).to_ne_bytes();
     let half = |at: usize| u32::from_ne_bytes(std::array::from_fn(|i| sizes[at + i]));
     Ok(Head { size: half(0), version: half(4), header_hash: number(16) })
+}
+
+/// Are all sections and segments inside of the file? One that is cut crashes whoever maps it.
+fn whole(file: &object::File<'_>, has: u64) -> Result<(), Refusal> {
+    let sections = file.sections().filter_map(|section| section.file_range());
+    let segments = file.segments().map(|segment| segment.file_range());
+    let needs = sections.chain(segments).map(|(start, size)| start.saturating_add(size)).max().unwrap_or(0);
+    if needs > has { Err(Refusal::Cut { has, needs }) } else { Ok(()) }
 }
 
 /// The first 24 bytes at an address.

@@ -181,6 +181,11 @@ fn split_path(message: &str) -> (Option<String>, String) {
 }
 
 impl Instance {
+    /// The plugin that it is of.
+    pub fn plugin(&self) -> &Plugin {
+        &self.plugin
+    }
+
     /// The plugin's description.
     pub fn info(&self) -> &Arc<PluginInfo> {
         self.plugin.info()

@@ -5,7 +5,10 @@ use std::{
     fs,
     io::Write,
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     thread,
 };
 
@@ -83,23 +86,41 @@ unsafe impl Send for Described {}
 struct Loaded {
     handle: libloading::Library,
     address: usize,
+    /// The copy's, under which the system's loader knows it. The file itself is gone.
+    name: PathBuf,
+}
+
+/// Libraries that were closed and stayed in the process all the same.
+static PINNED: AtomicU64 = AtomicU64::new(0);
+
+/// How many closed libraries the system's loader kept: something of theirs (a thread-local on a thread of the host's
+/// own, a symbol that must be unique) still stands. Each costs its size in memory until the program ends.
+pub fn pinned() -> u64 {
+    PINNED.load(Ordering::Relaxed)
 }
 
 impl Library {
     /// Loads a file on `workers` threads of its own. Nothing of it runs before it was found to be a plugin for this
     /// host.
     pub fn load(path: &Path, workers: usize) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
-        let bytes = inspect::read(path)?;
-        let head = inspect::inspect(&bytes)?;
+        Self::load_bytes(path, &inspect::read(path)?, workers)
+    }
+
+    /// The same for a file that was read before: what was looked at is what gets loaded, whatever happens to the file.
+    pub fn load_bytes(
+        path: &Path,
+        bytes: &[u8],
+        workers: usize,
+    ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        let head = inspect::inspect(bytes)?;
         let note = inspect::judge(head, CONTRACT)?;
         let generation = start(workers)?;
-        let copy = copy(path, &bytes)?;
-        drop(bytes);
+        let copy = copy(path, bytes)?;
         // Constructors of the library run here: not on the caller's thread.
         let name = file_name(path);
         let opened = generation.enter(&name, "load", || open_file(copy.path())).map_err(Refusal::Fault)?;
         let (handle, address) = opened?;
-        let (loaded, entry) = (Loaded { handle, address }, address);
+        let (loaded, entry) = (Loaded { handle, address, name: copy.path().into() }, address);
         generation.fate().set_text(Text::of(address));
         // From here on, dropping `open` unloads the library again.
         let services = Services::new(&generation, &name);
@@ -262,7 +283,7 @@ impl Open {
 
 impl Drop for Open {
     fn drop(&mut self) {
-        let Some(Loaded { handle, address }) = self.loaded.take() else { return };
+        let Some(Loaded { handle, address, name }) = self.loaded.take() else { return };
         if self.generation.quarantine().is_some() {
             // Its memory may be in any state, and its threads sleep for ever: it stays as it is.
             std::mem::forget(handle);
@@ -272,16 +293,34 @@ impl Drop for Open {
         self.generation.fate().set_text(None);
         // Thread-local destructors of the library's code would keep it mapped: its threads end first.
         self.generation.join();
-        if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner) {
-            entries.remove(&address);
-        }
         // Destructors of the library run in here: on a thread of their own, not on the caller's.
         let closer = thread::Builder::new().name("reef-unload".into()).spawn(move || drop(handle));
         if let Ok(closer) = closer {
             // A destructor that panics would abort; there is nothing else to tell.
             let _ = closer.join();
         }
+        if still_loaded(&name) {
+            // Its address stays taken: code that is found there again is the old one.
+            let count = PINNED.fetch_add(1, Ordering::Relaxed) + 1;
+            tracing::warn!("{} was closed and stays in memory ({count} so far)", name.display());
+        } else if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner) {
+            entries.remove(&address);
+        }
     }
+}
+
+/// Does the system's loader still know this name?
+#[cfg(unix)]
+fn still_loaded(name: &Path) -> bool {
+    use libloading::os::unix;
+    // SAFETY: with NOLOAD nothing is loaded, so nothing of the library runs; dropping the handle takes back what it counted.
+    unsafe { unix::Library::open(Some(name), unix::RTLD_NOW | libc::RTLD_NOLOAD) }.is_ok()
+}
+
+/// Other systems' loaders do not tell.
+#[cfg(not(unix))]
+fn still_loaded(_: &Path) -> bool {
+    false
 }
 
 const NO_ENTRY: abi::Entry = abi::Entry {

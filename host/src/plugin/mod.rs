@@ -34,5 +34,5 @@ pub use guard::{Limits, set_limits};
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::{Heightfield, StepInput};
 pub use instance::{Health, Instance, StepReport, StepStatus};
-pub use library::{Library, Plugin};
+pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};

@@ -24,7 +24,7 @@ pub struct Refused {
 }
 
 /// The plugins of this run.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Registry {
     plugins: Vec<Plugin>,
     refused: Vec<Refused>,
@@ -109,6 +109,19 @@ impl Registry {
             }
         }
         result
+    }
+
+    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new. Returns the
+    /// former ones: whoever drops the last of a library waits until it is closed.
+    pub fn replace(&mut self, plugins: &[Plugin]) -> Vec<Plugin> {
+        let mut former = Vec::new();
+        for plugin in plugins {
+            match self.plugins.iter_mut().find(|known| known.info().id == plugin.info().id) {
+                Some(known) => former.push(std::mem::replace(known, plugin.clone())),
+                None => self.plugins.push(plugin.clone()),
+            }
+        }
+        former
     }
 
     /// The plugin with this id.

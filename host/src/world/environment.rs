@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use reef_abi as abi;
 
+use crate::plugin::Heightfield;
+
 /// How water changes light, per metre at 620/540/460 nm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaterOptics {
@@ -89,4 +91,17 @@ pub struct Environment {
     pub plain_background: Option<[f32; 3]>,
     /// Wave trains, greatest first; empty on a still sea.
     pub waves: Vec<abi::Wave>,
+}
+
+impl Environment {
+    /// The ground as modules read it.
+    pub fn heightfield(&self) -> Option<Heightfield<'_>> {
+        self.terrain.as_deref().map(|terrain| Heightfield {
+            heights: &terrain.heights,
+            origin: terrain.origin,
+            cell: terrain.cell,
+            columns: terrain.columns,
+            rows: terrain.rows,
+        })
+    }
 }

@@ -147,6 +147,26 @@ impl Exchange {
         }
     }
 
+    /// What a module heard in its own words; empty where it heard the same as all.
+    pub(super) fn own_flow(&self, module: usize) -> &[abi::Flow] {
+        self.heard.get(module).map_or(&[], Vec::as_slice)
+    }
+
+    /// The same for actors.
+    pub(super) fn own_actors(&self, module: usize) -> &[abi::Actor] {
+        self.actors_heard.get(module).map_or(&[], Vec::as_slice)
+    }
+
+    /// What modules hear that said nothing themselves.
+    pub(super) fn common_flow(&self) -> &[abi::Flow] {
+        &self.all
+    }
+
+    /// The same for actors.
+    pub(super) fn common_actors(&self) -> &[abi::Actor] {
+        &self.actors
+    }
+
     /// The sea's flow, as the last step felt it.
     pub(super) fn all(&self) -> Arc<Vec<abi::Flow>> {
         self.all.clone()

@@ -1,7 +1,8 @@
 //! The sea itself: [`scene`] reads a file; [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`]
 //! (keyframed flow), over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
 //! in the step before (`exchange`); each step is a [`frame`], of which a [`timeline`] keeps the last two.
-//! [`state`] saves and loads all of it; [`record`] and [`hash`] write down what happened.
+//! [`state`] saves and loads all of it; `recent` remembers the last steps, and [`swap`] puts other instances in the places
+//! of running ones; [`record`] and [`hash`] write down what happened.
 
 pub mod assets;
 pub mod camera;
@@ -13,11 +14,13 @@ pub mod frame;
 pub mod hash;
 pub mod journal;
 pub mod random;
+mod recent;
 pub mod record;
 pub mod scene;
 pub mod sea;
 pub mod setting;
 pub mod state;
+pub mod swap;
 pub mod terrain;
 pub mod timeline;
 pub mod water;

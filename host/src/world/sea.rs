@@ -18,15 +18,14 @@ use super::{
     exchange::{Exchange, own_id},
     frame::{CameraPose, Frame},
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
+    recent::{Fixed, Recent},
     scene::{Scene, error::SceneError},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
 };
 use crate::{
     files::WriteError,
-    plugin::{
-        Heightfield, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus, streams::Outputs,
-    },
+    plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus, streams::Outputs},
 };
 
 /// Frames that are kept for reuse.
@@ -45,6 +44,9 @@ pub struct Options {
     pub simd_level: Option<u32>,
     /// Ask the modules for recordings.
     pub trace: bool,
+    /// Save each module's state every so many steps, and remember the steps since, so that other instances can take
+    /// their places while the sea runs. None: nothing is remembered, and nobody takes over.
+    pub remember: Option<u64>,
 }
 
 /// Why there is no world.
@@ -115,7 +117,30 @@ pub(super) struct Member {
     params: Vec<(u32, f64)>,
     pub(super) instance: Instance,
     events: Vec<abi::Event>,
-    standing: bool,
+    /// Parameters that changed while it stood still: they come before the next step's events.
+    pub(super) missed: Vec<abi::Event>,
+    pub(super) standing: bool,
+    /// It does not give its state: asked once.
+    unsavable: bool,
+}
+
+impl Member {
+    fn new(name: &str, params: &[(u32, f64)], instance: Instance) -> Self {
+        Self {
+            name: name.to_owned(),
+            params: params.to_vec(),
+            instance,
+            events: Vec::new(),
+            missed: Vec::new(),
+            standing: false,
+            unsavable: false,
+        }
+    }
+
+    /// What the scene sets from the start.
+    pub(super) fn first_events(&self) -> impl Iterator<Item = abi::Event> {
+        self.params.iter().map(|&(id, value)| param_event(id, value))
+    }
 }
 
 /// The sea.
@@ -146,6 +171,21 @@ pub struct World {
     spare: Vec<Arc<Frame>>,
     messages: VecDeque<Message>,
     step_seconds: f64,
+    pub(super) recent: Option<Recent>,
+    faults: Vec<Fault>,
+}
+
+/// A module failed, and stands still.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Which.
+    pub module: usize,
+    /// In which step.
+    pub step: u64,
+    /// It, or its library, is at fault; else it only asked for a reset.
+    pub grave: bool,
+    /// What it said.
+    pub text: String,
 }
 
 impl World {
@@ -164,34 +204,34 @@ impl World {
                 }
                 source => WorldError::Module { module: module.name.clone(), source },
             })?;
-            members.push(Member {
-                name: module.name.clone(),
-                params: module.params.clone(),
-                instance,
-                events: Vec::new(),
-                standing: false,
-            });
+            members.push(Member::new(&module.name, &module.params, instance));
         }
-        let environment = setting::environment(&scene.file, seed);
+        let environment = Arc::new(setting::environment(&scene.file, seed));
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
         let water = &scene.file.water;
         let frame = Frame { step: 0, time: 0.0, camera: pose, outputs: Vec::new(), flow: Arc::default() };
+        let raw_water = abi::Water {
+            density: water.density as f32,
+            viscosity: water.viscosity as f32,
+            depth: water.depth as f32,
+            spare: [0.0; 5],
+        };
+        let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
+        let recent = options.remember.map(|every| {
+            let fixed = Fixed { seed, simd_level, water: raw_water, environment: environment.clone() };
+            Recent::new(every, members.len(), fixed)
+        });
         let mut world = Self {
             seed,
             clock,
             water: Water::new(&scene)?,
-            raw_water: abi::Water {
-                density: water.density as f32,
-                viscosity: water.viscosity as f32,
-                depth: water.depth as f32,
-                spare: [0.0; 5],
-            },
+            raw_water,
             rocks: setting::rocks(&environment),
-            environment: Arc::new(environment),
+            environment,
             camera,
-            simd_level: options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code()),
+            simd_level,
             debug: scene.file.scene.debug,
             trace: options.trace,
             exchange: Exchange::new(members.len()),
@@ -208,6 +248,8 @@ impl World {
             spare: Vec::new(),
             messages: VecDeque::new(),
             step_seconds: 0.0,
+            recent,
+            faults: Vec::new(),
             scene: Arc::new(scene),
         };
         world.look();
@@ -257,6 +299,11 @@ impl World {
     /// A module.
     pub fn instance(&self, module: usize) -> Option<&Instance> {
         self.members.get(module).map(|member| &member.instance)
+    }
+
+    /// Modules that failed since the last call.
+    pub fn take_faults(&mut self) -> Vec<Fault> {
+        std::mem::take(&mut self.faults)
     }
 
     /// What people should know and nobody took yet.
@@ -385,6 +432,7 @@ impl World {
         self.clock.step += 1;
         self.take_inputs();
         self.run(self.clock.dt);
+        self.save_one();
         self.step_seconds = began.elapsed().as_secs_f64();
         self.journal.end = self.clock.step;
         if self.clock.step.is_multiple_of(JOURNAL_STEPS)
@@ -418,16 +466,54 @@ impl World {
     pub(super) fn look(&mut self) {
         for member in &mut self.members {
             member.events.clear();
+            member.missed.clear();
             if self.clock.step == 0 {
-                member.events.extend(member.params.iter().map(|&(id, value)| param_event(id, value)));
+                let params = std::mem::take(&mut member.params);
+                member.events.extend(params.iter().map(|&(id, value)| param_event(id, value)));
+                member.params = params;
             }
         }
+        if let Some(recent) = &mut self.recent {
+            recent.forget();
+        }
         self.run(0.0);
+        for _ in 0..self.members.len() {
+            self.save_one();
+        }
+    }
+
+    /// Saves the state of a module whose turn it is.
+    fn save_one(&mut self) {
+        let (Some(recent), step) = (&mut self.recent, self.clock.step) else { return };
+        let running = |at: usize| {
+            let member = &self.members[at];
+            !member.unsavable && *member.instance.health() == Health::Running
+        };
+        let Some(at) = recent.due(step, running) else { return };
+        match self.members[at].instance.save() {
+            Ok(state) => recent.saved(at, step, state),
+            Err(error) => {
+                let name = self.members[at].name.clone();
+                self.members[at].unsavable = true;
+                self.tell(
+                    &name,
+                    format!("it does not give its state, so nothing can take over from it: {error}"),
+                );
+            }
+        }
+    }
+
+    /// Makes a new frame of the present step: instances took others' places.
+    pub(super) fn show_again(&mut self) {
+        let Frame { step, time, camera, ref flow, .. } = *self.frame;
+        let frame = Frame { step, time, camera, outputs: Vec::new(), flow: flow.clone() };
+        self.publish(frame);
     }
 
     fn take_inputs(&mut self) {
         for member in &mut self.members {
             member.events.clear();
+            member.events.append(&mut member.missed);
         }
         let step = self.clock.step;
         let dt = self.clock.dt;
@@ -489,14 +575,8 @@ impl World {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
         self.exchange.share(flow);
-        let terrain = self.environment.terrain.clone();
-        let heightfield = terrain.as_deref().map(|terrain| Heightfield {
-            heights: &terrain.heights,
-            origin: terrain.origin,
-            cell: terrain.cell,
-            columns: terrain.columns,
-            rows: terrain.rows,
-        });
+        let environment = self.environment.clone();
+        let heightfield = environment.heightfield();
         let flags =
             if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
         let mut told = Vec::new();
@@ -518,13 +598,29 @@ impl World {
             };
             let report = member.instance.step(&input, &member.events);
             let standing = matches!(report.status, StepStatus::Failed | StepStatus::Standing);
-            if (standing && !member.standing) || report.status == StepStatus::Discarded {
-                told.push((
-                    member.name.clone(),
-                    report.message.unwrap_or_else(|| "it stands still".to_owned()),
-                ));
+            let text = || report.message.unwrap_or_else(|| "it stands still".to_owned());
+            if standing && !member.standing {
+                let grave = matches!(member.instance.health(), Health::Faulty(_));
+                let text = text();
+                told.push((member.name.clone(), text.clone()));
+                self.faults.push(Fault { module: at, step, grave, text });
+                if let Some(recent) = &mut self.recent {
+                    recent.freeze(at, step);
+                }
+            } else if report.status == StepStatus::Discarded {
+                told.push((member.name.clone(), text()));
             }
             member.standing = standing;
+        }
+        if let Some(recent) = &mut self.recent {
+            let mut moment = recent.begin();
+            if let Some(moment) = Arc::get_mut(&mut moment) {
+                (moment.step, moment.time, moment.dt) = (step, time, dt);
+                (moment.flags, moment.camera) = (flags, camera);
+                let events = self.members.iter().map(|member| member.events.as_slice());
+                moment.remember(&self.exchange, &self.waves, &self.obstacles, events);
+            }
+            recent.add(moment);
         }
         for (module, text) in told {
             self.tell(&module, text);

@@ -114,7 +114,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
 /// A scene's world on `workers` threads, with plugins from their libraries.
 fn world(common: &Common, scene: &str, workers: usize) -> Result<World, Failure> {
     let common = Common { workers: Some(workers), ..common.clone() };
-    open::world(&common, Path::new(scene), false)
+    open::world(&common, Path::new(scene), Options::default())
 }
 
 /// A figure of a module that stands still would be a lie.

@@ -1,0 +1,117 @@
+//! The thread beside the sea: it looks at files, loads libraries, reads scenes, makes instances, and drops what is no longer
+//! needed. The sea waits for none of it.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        mpsc::{Receiver, RecvTimeoutError, Sender},
+    },
+    thread::Thread,
+    time::Instant,
+};
+
+use super::files::{Change, Files};
+use crate::{
+    plugin::{Library, Plugin, Refusal, inspect},
+    world::swap::Job,
+};
+
+/// What the thread is asked for.
+pub(super) enum Task {
+    /// The system says that files changed.
+    Event(notify::Result<notify::Event>),
+    /// Instances are wanted.
+    Work(Arc<Job>),
+    /// Nobody needs these any more.
+    Drop(Box<dyn Send>),
+    /// The end.
+    Quit,
+}
+
+/// What the thread found.
+pub(super) enum Found {
+    /// A newer build.
+    Library(NewLibrary),
+    /// A build that is not used.
+    Refused { path: PathBuf, problem: String },
+}
+
+/// A library that was just loaded.
+#[derive(Debug)]
+pub(super) struct NewLibrary {
+    pub(super) path: PathBuf,
+    pub(super) library: Arc<Library>,
+    pub(super) plugins: Vec<Plugin>,
+    /// When it was first seen to be whole.
+    pub(super) seen: Instant,
+}
+
+/// The thread's side.
+pub(super) struct Workshop {
+    pub(super) files: Files,
+    pub(super) tasks: Receiver<Task>,
+    pub(super) found: Sender<Found>,
+    /// The sea's thread, which may be asleep until its next step.
+    pub(super) sea: Thread,
+    pub(super) workers: usize,
+}
+
+impl Workshop {
+    /// The thread's life.
+    pub(super) fn run(mut self) {
+        loop {
+            let task = match self.files.due() {
+                None => self.tasks.recv().ok(),
+                Some(due) => match self.tasks.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                    Ok(task) => Some(task),
+                    Err(RecvTimeoutError::Timeout) => {
+                        self.look();
+                        continue;
+                    }
+                    Err(RecvTimeoutError::Disconnected) => None,
+                },
+            };
+            match task {
+                None | Some(Task::Quit) => return,
+                Some(Task::Event(event)) => self.files.hear(&event),
+                Some(Task::Work(job)) => job.work(|| self.sea.unpark()),
+                Some(Task::Drop(old)) => drop(old),
+            }
+        }
+    }
+
+    fn look(&mut self) {
+        for Change { path, content } in self.files.changes(is_whole) {
+            let seen = Instant::now();
+            let found = match content {
+                Err(problem) => Found::Refused { path, problem },
+                Ok(bytes) if is_library(&path) => match Library::load_bytes(&path, &bytes, self.workers) {
+                    Ok((library, plugins)) => Found::Library(NewLibrary { path, library, plugins, seen }),
+                    Err(reason) => Found::Refused { path, problem: reason.to_string() },
+                },
+                Ok(_) => continue,
+            };
+            self.tell(found);
+        }
+    }
+
+    fn tell(&self, found: Found) {
+        // A sea that is gone needs nothing any more.
+        let _ = self.found.send(found);
+        self.sea.unpark();
+    }
+}
+
+pub(super) fn is_library(path: &Path) -> bool {
+    path.to_string_lossy().ends_with(std::env::consts::DLL_SUFFIX)
+}
+
+/// May this content be used, or is it a part of what is to come?
+fn is_whole(path: &Path, bytes: &[u8]) -> bool {
+    if !is_library(path) {
+        return !bytes.is_empty();
+    }
+    let head = inspect::inspect(bytes);
+    !matches!(head, Err(Refusal::Empty | Refusal::Cut { .. } | Refusal::NoLibrary(_)))
+}
