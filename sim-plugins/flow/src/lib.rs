@@ -6,6 +6,8 @@
 //! relative to the object's own f64 origin, without what the object emits itself and what cannot reach it. The model's
 //! kernel calls [`velocity8`] on that, fused with its own equations, inside [`dispatch!`].
 //!
+//! [`waves`] are the other thing that moves the water: trains on the surface and the orbits below them.
+//!
 //! Everything here gives the same bytes at every [`simd::Level`]: IEEE-exact operations only, every multiply-add that is
 //! written as fused is fused, lanes are independent points.
 
@@ -18,6 +20,7 @@ pub mod reference;
 pub mod sample;
 pub mod scalar;
 pub mod simd;
+pub mod waves;
 
 pub use fearless_simd;
 pub use field::{Field, Sphere};

@@ -85,9 +85,15 @@ pub fn reduce_phase(phase: f64) -> f64 {
     if reduced < core::f64::consts::TAU { reduced } else { 0.0 }
 }
 
+/// Cosine and sine of an f64 [rad], the same bytes on every machine.
+pub fn cos_sin_f64(x: f64) -> (f64, f64) {
+    let way = glam::DVec2::from_angle(reduce_phase(x));
+    (way.x, way.y)
+}
+
 /// Sine of an f64 [rad], the same bytes on every machine.
 pub fn sin_f64(x: f64) -> f64 {
-    glam::DVec2::from_angle(reduce_phase(x)).y
+    cos_sin_f64(x).1
 }
 
 #[cfg(test)]

@@ -1,0 +1,160 @@
+//! How many wave trains matter from how far away (§3.3.1), so that nobody sees what is left out.
+//!
+//! The paper drops each train whose own amplitude is below the threshold A_min on the screen. Thirty of them may add up to
+//! several times that. Here the *sum* of the amplitudes that are left out, at the particle's own depth, stays below A_min:
+//! then so does the whole error, whatever the phases are.
+
+use reef_abi as abi;
+
+use super::{dispersion::exp, orbit::acts};
+use crate::math::cos_sin_f64;
+
+/// Distances in the table: four steps an octave from 2^−4 m to 2^12 m.
+const NEAREST: i32 = -4;
+const OCTAVES_OF_DISTANCE: i32 = 16;
+/// Depths below still water: four steps an octave from 2^−6 m to 2^14 m; above is the surface.
+const SHALLOWEST: i32 = -6;
+const OCTAVES_OF_DEPTH: i32 = 20;
+/// Steps an octave, as bits of the mantissa.
+const STEP_BITS: u32 = 2;
+
+/// What a camera makes of a length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Pixels that a length of 1 covers at a distance of 1 in the middle of the picture.
+    pub focal: f64,
+    /// 1 + the square of the tangent off the axis in the picture's corner: how much more a length may cover there, at equal
+    /// distance from the eye.
+    pub corner: f64,
+}
+
+impl Lens {
+    /// The lens of a camera with its nominal viewport.
+    pub fn new(camera: &abi::Camera) -> Self {
+        let [width, height] = [camera.width, camera.height].map(|size| f64::from(size.max(1)));
+        let (cosine, sine) = cos_sin_f64(0.5 * f64::from(camera.fov_y));
+        let tangent = sine / cosine;
+        let corner = 1.0 + tangent * tangent * (1.0 + (width / height) * (width / height));
+        Self { focal: 0.5 * height / tangent, corner }
+    }
+}
+
+/// How many trains count, by distance and depth. Depends on the trains' amplitudes and lengths alone, not on time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// A row a depth, shallow to deep; in it distances, near to far.
+    counts: Vec<u16>,
+}
+
+impl Selection {
+    /// The table for trains in their order, over the depth [m], through a lens, for a threshold A_min [px].
+    pub fn new(waves: &[abi::Wave], depth: f64, lens: Lens, threshold: f64) -> Self {
+        let waves: Vec<&abi::Wave> = waves.iter().filter(|wave| acts(wave)).collect();
+        let mut counts = Vec::new();
+        for row in 0..rows() {
+            // The shallow end of the row: what moves most.
+            let y = -step(row, SHALLOWEST);
+            let axes = waves.iter().map(|wave| {
+                f64::from(wave.amplitude) * wide_axis(f64::from(wave.wave_number), depth, y.max(-depth))
+            });
+            let axes: Vec<f64> = axes.collect();
+            let reach: f64 = axes.iter().sum();
+            for column in 0..columns() {
+                // The near end of the column, and from there as near as the orbit comes.
+                let distance = step(column, NEAREST) - reach;
+                let allowed = if column == 0 || distance <= 0.0 {
+                    0.0
+                } else {
+                    threshold * distance / (lens.focal * lens.corner)
+                };
+                counts.push(needed(&axes, allowed));
+            }
+        }
+        Self { counts }
+    }
+
+    /// How many of the first trains matter for an orbit around a centre at the height `y` [m, world] whose distance from the
+    /// eye is `distance` [m].
+    pub fn count(&self, y: f32, distance: f32) -> usize {
+        let row = index(-y, SHALLOWEST, rows());
+        let column = index(distance, NEAREST, columns());
+        self.counts.get(row * columns() + column).map_or(usize::MAX, |&count| usize::from(count))
+    }
+}
+
+/// The paper's rule, to compare: trains from the front whose own amplitude covers `threshold` [px] or more at a distance
+/// [m].
+pub fn by_amplitude(waves: &[abi::Wave], lens: Lens, threshold: f64, distance: f64) -> usize {
+    waves.iter().take_while(|wave| f64::from(wave.amplitude) * lens.focal >= threshold * distance).count()
+}
+
+/// The least number of trains from the front, so that those after them sum to `allowed` at most.
+fn needed(axes: &[f64], allowed: f64) -> u16 {
+    let mut sum = 0.0;
+    let mut count = axes.len();
+    for axis in axes.iter().rev() {
+        sum += axis;
+        // No number counts as too much.
+        if sum.is_nan() || sum > allowed {
+            break;
+        }
+        count -= 1;
+    }
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
+/// C: the greater axis of an orbit, over the amplitude at the surface.
+fn wide_axis(wave_number: f64, depth: f64, y: f64) -> f64 {
+    let (e, back) = (exp(wave_number * y), exp(-wave_number * (y + 2.0 * depth)));
+    (e + back) / (1.0 - exp(-2.0 * wave_number * depth))
+}
+
+fn rows() -> usize {
+    1 + (OCTAVES_OF_DEPTH << STEP_BITS) as usize
+}
+
+fn columns() -> usize {
+    1 + (OCTAVES_OF_DISTANCE << STEP_BITS) as usize
+}
+
+/// Where a row or column begins: 0, then four steps an octave from 2^first.
+fn step(index: usize, first: i32) -> f64 {
+    let Some(above) = index.checked_sub(1) else { return 0.0 };
+    let steps = 1_usize << STEP_BITS;
+    let octave = i64::from(first) + (above / steps) as i64;
+    // 2 to the power of the octave, by its exponent.
+    let power = f64::from_bits(((1023 + octave) as u64) << 52);
+    power * (1.0 + (above % steps) as f64 / steps as f64)
+}
+
+/// The last step that does not begin above a value: from the exponent and the first bits of the mantissa, without a
+/// logarithm. What is not above 0, or no number, belongs to the first.
+fn index(value: f32, first: i32, count: usize) -> usize {
+    if value.is_nan() || value <= 0.0 {
+        return 0;
+    }
+    let bits = value.to_bits() >> (23 - STEP_BITS);
+    let base = ((127 + first) << STEP_BITS) as u32;
+    (bits + 1).saturating_sub(base).min(count as u32 - 1) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_lies_in_the_last_step_that_does_not_begin_above_it() {
+        for first in [NEAREST, SHALLOWEST] {
+            for i in 0..4000 {
+                let value = 1e-4 * 1.006_f32.powi(i);
+                let at = index(value, first, rows());
+                assert!(step(at, first) <= f64::from(value), "{value} {at}");
+                assert!(at + 1 == rows() || step(at + 1, first) > f64::from(value), "{value} {at}");
+            }
+            assert_eq!(index(0.0, first, 9), 0);
+            assert_eq!(index(-1.0, first, 9), 0);
+            assert_eq!(index(f32::NAN, first, 9), 0);
+            assert_eq!(index(f32::INFINITY, first, 9), 8);
+        }
+    }
+}
