@@ -1,5 +1,5 @@
 //! The sea itself: [`scene`] reads a file; [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`]
-//! (keyframed flow), over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
+//! (keyframed flow), under [`waves`], over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
 //! in the step before (`exchange`); each step is a [`frame`], of which a [`timeline`] keeps the last two.
 //! [`state`] saves and loads all of it; `recent` remembers the last steps, and [`swap`] puts other instances in the places
 //! of running ones; [`record`] and [`hash`] write down what happened.
@@ -24,6 +24,7 @@ pub mod swap;
 pub mod terrain;
 pub mod timeline;
 pub mod water;
+pub mod waves;
 
 pub use exchange::foreign_id;
 pub use sea::{Options, World, WorldError};

@@ -8,7 +8,7 @@ use std::{
 };
 
 use reef_abi as abi;
-use reef_flow::keyframe::TrackError;
+use reef_flow::{keyframe::TrackError, waves::WindSeaError};
 use thiserror::Error;
 
 use super::{
@@ -22,6 +22,7 @@ use super::{
     scene::{Scene, error::SceneError},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
+    waves::Waves,
 };
 use crate::{
     files::WriteError,
@@ -69,6 +70,9 @@ pub enum WorldError {
     /// Keyframes in disorder.
     #[error(transparent)]
     Track(#[from] TrackError),
+    /// A wind sea that makes no sense.
+    #[error(transparent)]
+    Waves(#[from] WindSeaError),
 }
 
 impl miette::Diagnostic for WorldError {
@@ -165,6 +169,8 @@ pub struct World {
     replay: VecDeque<Entry>,
     pub(super) journal: Journal,
     journal_path: Option<PathBuf>,
+    trains: Waves,
+    /// Those of the present step.
     waves: Vec<abi::Wave>,
     obstacles: Vec<abi::Obstacle>,
     frame: Arc<Frame>,
@@ -206,7 +212,8 @@ impl World {
             })?;
             members.push(Member::new(&module.name, &module.params, instance));
         }
-        let environment = Arc::new(setting::environment(&scene.file, seed));
+        let trains = Waves::new(&scene.file, seed)?;
+        let environment = Arc::new(setting::environment(&scene.file, seed, &trains));
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
@@ -242,6 +249,7 @@ impl World {
             replay: VecDeque::new(),
             journal: Journal::new(&scene.name, seed, clock.dt, 0),
             journal_path: None,
+            trains,
             waves: Vec::new(),
             obstacles: Vec::new(),
             frame: Arc::new(frame),
@@ -562,10 +570,7 @@ impl World {
         let pose =
             self.hand_camera.and_then(|camera| camera.pose()).unwrap_or_else(|| self.camera.pose(time));
         let camera = self.camera.raw(&pose);
-        self.waves.clear();
-        if !self.scene.file.wave.is_empty() {
-            self.waves = setting::waves(&self.scene.file, self.seed, time);
-        }
+        self.trains.fill(time, &mut self.waves);
         self.obstacles.clear();
         self.water.obstacles(time, &mut self.obstacles);
         self.obstacles.extend_from_slice(&self.rocks);

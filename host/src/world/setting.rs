@@ -1,34 +1,32 @@
-//! From a scene's tables to what does not change while it runs: water, light, ground, waves, obstacles.
+//! From a scene's tables to what does not change while it runs: water, light, ground, obstacles.
 
-use std::{f64::consts::TAU, sync::Arc};
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use reef_abi as abi;
 
 use super::{
     environment::{Environment, Sun, WaterOptics},
-    random::Random,
     scene::{
         format::{LightTable, Optics, OpticsPreset, SceneFile},
         whole::parse_color,
     },
     terrain,
+    waves::Waves,
 };
 
 /// Refractive index of sea water.
 const INDEX: f64 = 1.33;
-/// Standard gravity [m/s²].
-const GRAVITY: f64 = 9.80665;
 
 /// The still part of a scene.
-pub fn environment(file: &SceneFile, seed: u64) -> Environment {
+pub fn environment(file: &SceneFile, seed: u64, waves: &Waves) -> Environment {
     let terrain = file.terrain.as_ref().map(|table| Arc::new(terrain::build(table, file.water.depth, seed)));
     Environment {
         optics: optics(&file.water.optics),
         sun: sun(&file.light),
         terrain,
         plain_background: file.scene.background.as_deref().and_then(parse_color),
-        waves: waves(file, seed, 0.0),
+        waves: waves.at(0.0),
     }
 }
 
@@ -85,41 +83,6 @@ fn sun(light: &LightTable) -> Sun {
     }
 }
 
-/// The scene's wave trains at a time [s], greatest amplitude first. Each obeys ω² = g k tanh(k h).
-pub fn waves(file: &SceneFile, seed: u64, time: f64) -> Vec<abi::Wave> {
-    let mut random = Random::new(seed, "waves");
-    let mut waves: Vec<abi::Wave> = file
-        .wave
-        .iter()
-        .map(|table| {
-            let k = TAU / table.wavelength;
-            let omega = (GRAVITY * k * tanh(k * file.water.depth)).sqrt();
-            let chance = random.unit() * TAU;
-            let start = table.phase.map_or(chance, f64::to_radians);
-            let way = DVec2::from_angle(table.direction.to_radians());
-            abi::Wave {
-                amplitude: table.amplitude as f32,
-                wave_number: k as f32,
-                frequency: omega as f32,
-                phase: (start - omega * time).rem_euclid(TAU) as f32,
-                direction: [way.x as f32, way.y as f32],
-                spare: [0.0; 2],
-            }
-        })
-        .collect();
-    waves.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    waves
-}
-
-/// The same on every platform: from glam's exponential, which does not come from the system.
-fn tanh(x: f64) -> f64 {
-    if x > 20.0 {
-        return 1.0;
-    }
-    let e = DVec2::splat(-2.0 * x).exp().x;
-    (1.0 - e) / (1.0 + e)
-}
-
 /// What nothing enters, still: the scene's capsules (whose motion [`super::water`] adds) and the rocks.
 pub fn rocks(environment: &Environment) -> Vec<abi::Obstacle> {
     let rocks = environment.terrain.iter().flat_map(|terrain| &terrain.rocks);
@@ -129,7 +92,6 @@ pub fn rocks(environment: &Environment) -> Vec<abi::Obstacle> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::scene::format::WaveTable;
 
     #[test]
     fn every_water_scatters_blue_green_light_and_absorbs_red_most() {
@@ -155,21 +117,5 @@ mod tests {
         assert!((high.direction.y - 1.0).abs() < 1e-6);
         let east = sun(&LightTable { elevation: 30.0, azimuth: 90.0, ..LightTable::default() });
         assert!(east.direction.x > 0.5 && east.direction.z.abs() < 1e-6);
-    }
-
-    #[test]
-    fn waves_obey_the_dispersion_relation_in_deep_and_shallow_water() {
-        let wave = |wavelength, depth| {
-            let mut file = SceneFile::default();
-            file.water.depth = depth;
-            file.wave = vec![WaveTable { amplitude: 0.1, wavelength, direction: 0.0, phase: Some(0.0) }];
-            waves(&file, 1, 0.0)[0]
-        };
-        let deep = wave(2.0, 100.0);
-        assert!((f64::from(deep.frequency) - (GRAVITY * TAU / 2.0).sqrt()).abs() < 1e-5);
-        let shallow = wave(200.0, 0.5);
-        // Long waves travel at sqrt(g h); the next term is (k h)²/6 = 4e-5.
-        let speed = f64::from(shallow.frequency / shallow.wave_number);
-        assert!((speed / (GRAVITY * 0.5).sqrt() - 1.0).abs() < 5e-5, "{speed}");
     }
 }

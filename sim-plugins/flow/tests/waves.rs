@@ -170,6 +170,24 @@ fn the_three_regimes_meet_without_a_step() {
 }
 
 #[test]
+fn every_regime_is_linear_theory_from_the_surface_to_the_bed() {
+    let depth = 4.0;
+    for i in 0..120 {
+        let kh = 0.05 * 1.055_f64.powi(i);
+        let wave = single(0.2, kh / depth, depth, 1.0).at(0.0);
+        let (k, r) = (f64::from(wave.wave_number), f64::from(wave.amplitude));
+        for share in [0.0, 0.02, 0.3, 0.8, 0.97, 1.0] {
+            let p = [0.0, -share * depth, 0.0];
+            let (seen, truth) = (orbit(&[wave], depth, p)[0], reference::orbit(&[wave], depth, p)[0]);
+            // What the deep form leaves out, and f32 of the greater axis.
+            let slack = r * (1.05e-6 + 4e-7 * reference::axes(k, depth, 0.0)[0]);
+            let error = length([0, 1, 2].map(|i| seen[i] - truth[i]));
+            assert!(error < slack, "k h {kh}, {share}: {error:e} {slack:e}");
+        }
+    }
+}
+
+#[test]
 fn the_signs_are_those_of_equation_2() {
     // As printed, in deep water: x with sin, y with −cos, of k·x − ω t; its phase is ours a quarter turn later.
     let trains = wind_sea(5.0, 1e6, 30, 3);

@@ -118,7 +118,7 @@ fn world(common: &Common, scene: &str, workers: usize) -> Result<World, Failure>
 }
 
 /// A figure of a module that stands still would be a lie.
-fn running(world: &mut World) -> Result<(), Failure> {
+pub(super) fn running(world: &mut World) -> Result<(), Failure> {
     let modules = world.modules().len();
     let all = (0..modules)
         .all(|at| world.instance(at).is_some_and(|instance| *instance.health() == Health::Running));

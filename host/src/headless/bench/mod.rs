@@ -6,6 +6,7 @@ mod fibre;
 pub mod measure;
 mod render;
 pub mod report;
+mod waves;
 
 use report::Report;
 use serde_json::json;
@@ -40,6 +41,11 @@ const BENCHES: &[Bench] = &[
         name: "render",
         about: "milliseconds a frame of 1000, 2000 and 4000 tentacles over a lit bed",
         run: render::run,
+    },
+    Bench {
+        name: "waves",
+        about: "a million particles on the orbits of thirty wave trains, beside a bare kernel's ceiling",
+        run: waves::run,
     },
 ];
 

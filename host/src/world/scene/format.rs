@@ -7,7 +7,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 
-use super::keyed::Keyed;
+use super::{
+    keyed::Keyed,
+    wave_tables::{WaveTable, WavesTable},
+};
 
 /// Most primitives that a scene may list.
 pub const MOST_FLOWS: u32 = 4096;
@@ -19,7 +22,7 @@ pub const MOST_ROCKS: u32 = 10_000;
 pub const MOST_HEIGHTS: u64 = 4_000_000;
 /// Most modules of a scene.
 pub const MOST_MODULES: usize = 64;
-/// Most wave trains.
+/// Most wave trains, listed and raised by the wind.
 pub const MOST_WAVES: u32 = 256;
 
 /// A scene: what is in the sea, how it is lit and looked at.
@@ -39,7 +42,11 @@ pub struct SceneFile {
     /// What moves the water: sources, holes, whirlwinds, currents. Their velocities add up.
     #[schemars(length(max = 4096))]
     pub flow: Vec<FlowTable>,
-    /// Wave trains on the surface.
+    /// A wind sea: the waves of a wind that has blown for so long and over so far a sea that they grow no more (the spectrum
+    /// of Pierson and Moskowitz, as a sum of wave trains). Their significant height is 0.209 wind²/g, at most 0.6 of the
+    /// water's depth: higher ones would break. Without this table there are no waves but the listed ones.
+    pub waves: Option<WavesTable>,
+    /// Wave trains on the surface one by one, beside those of the wind sea: a swell, say.
     #[schemars(length(max = 256))]
     pub wave: Vec<WaveTable>,
     /// Capsules that nothing enters.
@@ -575,26 +582,6 @@ pub struct AttachTable {
     /// Number of the object in the module (its id).
     #[schemars(range(min = 1))]
     pub object: u64,
-}
-
-/// A wave train on the surface: amplitude · sin(k·p − ω t + phase), ω² = g k tanh(k depth).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WaveTable {
-    /// Half the height from trough to crest.
-    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
-    pub amplitude: f64,
-    /// Distance from crest to crest.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
-    pub wavelength: f64,
-    /// Where it goes: 0 along +x, 90 along +z.
-    #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
-    pub direction: f64,
-    /// Phase at the time 0. Without it: random by the scene's seed.
-    #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
-    pub phase: Option<f64>,
 }
 
 /// A capsule that nothing enters. It is felt, not drawn.

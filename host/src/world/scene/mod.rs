@@ -15,6 +15,7 @@ pub mod reference;
 pub mod scale;
 pub mod schema;
 pub mod species;
+pub mod wave_tables;
 pub mod whole;
 
 use std::{

@@ -66,6 +66,9 @@ pub fn in_metres(mut file: SceneFile) -> SceneFile {
             }
         }
     }
+    if let Some(waves) = &mut file.waves {
+        waves.wind *= s;
+    }
     for wave in &mut file.wave {
         wave.amplitude *= s;
         wave.wavelength *= s;

@@ -160,6 +160,22 @@ gradient = 0.5
 }
 
 #[test]
+fn a_scene_of_its_own_scale_has_the_waves_of_its_depth_in_metres() {
+    let place = Place::new(&[]);
+    // 500 units of a centimetre: 5 m. A wind of 500 units is 5 m/s.
+    let file =
+        place.load("[scene]\nscale = 0.01\n[water]\ndepth = 500\n[waves]\nwind = 50\n").expect("sound").file;
+    assert!((file.waves.expect("there").wind - 0.5).abs() < 1e-12);
+    assert!(place.load("[scene]\nscale = 1\n[water]\ndepth = 5\n[waves]\nwind = 11.8\n").is_ok());
+    // Twice the length, four times the height, twice the depth.
+    let (told, help) = place.error("[scene]\nscale = 2\n[water]\ndepth = 5\n[waves]\nwind = 11.8\n");
+    assert!(told.contains("waves.wind: raises waves of 11.88 m"), "{told}");
+    let help = help.expect("a way out");
+    let most: f64 = help.split([' ', ',']).find_map(|word| word.parse().ok()).expect("a number");
+    assert!(place.load(format!("[scene]\nscale = 2\n[waves]\nwind = {most}\n")).is_ok(), "{help}");
+}
+
+#[test]
 fn each_wrong_key_or_value_gives_one_error_with_its_place_and_what_is_allowed() {
     let place = Place::new(&[KELP]);
     let cases: &[(&str, &str, &str)] = &[
@@ -253,6 +269,37 @@ fn each_wrong_key_or_value_gives_one_error_with_its_place_and_what_is_allowed() 
             "[terrain.rocks]\ncount = 20000\n",
             "scene.toml:2:9: terrain.rocks.count: is 20000, but must be a whole number",
             "from 0 to 10000",
+        ),
+        (
+            "[waves]\n",
+            "scene.toml:1:2: waves: the key `wind` of waves is missing",
+            "a number from 0 to 60 [m/s]",
+        ),
+        (
+            "[waves]\nwind = -1\n",
+            "scene.toml:2:8: waves.wind: is -1, but must be a number from 0 to 60 [m/s]",
+            "",
+        ),
+        (
+            "[waves]\nwind = 5\ntrains = 0\n",
+            "scene.toml:3:10: waves.trains: is 0, but must be a whole number from 1 to 256",
+            "",
+        ),
+        (
+            "[waves]\nwind = 5\ntrains = 100000\n",
+            "scene.toml:3:10: waves.trains: is 100000, but must be a whole number from 1 to 256",
+            "",
+        ),
+        (
+            "[waves]\nwind = 5\ntrains = 256\n[[wave]]\namplitude = 0.1\nwavelength = 3\n",
+            "scene.toml:3:10: waves.trains: makes 257 wave trains with the listed ones; the limit is 256",
+            "",
+        ),
+        ("[waves]\nwind = 20\n", "scene.toml:2:8: waves.wind: raises waves of 8.5", "write at most 11.8"),
+        (
+            "[waves]\nwind = 5\n[water]\ndepth = 0\n",
+            "scene.toml:4:9: water.depth: is 0, but must be a number above 0 and at most 11000 [m]",
+            "",
         ),
         ("[modules.a]\n", "scene.toml:1:10: modules.a: the key `use` of modules.a is missing", "text"),
         (

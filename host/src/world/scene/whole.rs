@@ -1,14 +1,20 @@
 //! What only makes sense when a scene is looked at as a whole: order of keyframes, directions, sizes, names.
 
-use reef_flow::keyframe::{Animate, TrackError};
+use reef_flow::{
+    keyframe::{Animate, TrackError},
+    waves::spectrum::significant_height,
+};
 
 use super::{
     check::{did_you_mean, nearest},
     document::{Node, Path},
     error::Fault,
-    format::{FlowTable, MOST_HEIGHTS, MOST_MODULES, MOST_ROCKS, SceneFile},
+    format::{FlowTable, MOST_HEIGHTS, MOST_MODULES, MOST_ROCKS, MOST_WAVES, SceneFile},
     keyed::Keyed,
 };
+
+/// A random sea's significant height over the water's depth where its waves break (Thornton & Guza 1982).
+const BREAKING: f64 = 0.6;
 
 /// All such faults of a file.
 pub fn check_whole(file: &SceneFile, node: &Node) -> Vec<Fault> {
@@ -16,6 +22,7 @@ pub fn check_whole(file: &SceneFile, node: &Node) -> Vec<Fault> {
     whole.camera(file);
     whole.terrain(file);
     whole.flow(file);
+    whole.waves(file);
     for (at, obstacle) in file.obstacle.iter().enumerate() {
         whole.keys(&obstacle.motion, &Path::default().key("obstacle").index(at).key("motion"));
     }
@@ -137,6 +144,29 @@ impl Whole<'_> {
         }
     }
 
+    fn waves(&mut self, file: &SceneFile) {
+        let Some(waves) = &file.waves else { return };
+        let path = Path::default().key("waves");
+        let count = waves.trains as usize + file.wave.len();
+        if count > MOST_WAVES as usize {
+            let problem =
+                format!("makes {count} wave trains with the listed ones; the limit is {MOST_WAVES}");
+            self.fault(&path.key("trains"), problem, None);
+        }
+        // In metres: the height grows with the square of the wind, so the scale does not cancel.
+        let scale = file.scene.scale;
+        let (wind, depth) = (waves.wind * scale, file.water.depth * scale);
+        let (height, most) = (significant_height(wind), BREAKING * depth);
+        if height > most {
+            let allowed = waves.wind * (most / height).sqrt();
+            let problem = format!(
+                "raises waves of {height:.2} m, but they break above {most:.2} m in water that is {depth:.2} m deep"
+            );
+            let help = format!("write at most {:.2}, or make `water.depth` greater", floor(allowed));
+            self.fault(&path.key("wind"), problem, Some(help));
+        }
+    }
+
     fn modules(&mut self, file: &SceneFile) {
         let path = Path::default().key("modules");
         if file.modules.len() > MOST_MODULES {
@@ -170,6 +200,11 @@ impl Whole<'_> {
             self.fault(path, "must not be zero: it is a direction", None);
         }
     }
+}
+
+/// A number's first two digits behind the point, never rounded up.
+fn floor(value: f64) -> f64 {
+    (value * 100.0).floor() / 100.0
 }
 
 /// Linear red, green and blue of "#RRGGBB".

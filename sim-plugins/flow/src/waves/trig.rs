@@ -7,7 +7,7 @@ use fearless_simd::{Simd, prelude::*};
 use crate::simd::{Lanes, mul_add, neg_mul_add};
 
 /// sin(π r) / r and cos(π r) / (¼ − r²) in r², for |r| ≤ ½: interpolated at Chebyshev's nodes.
-const SIN: [f32; 5] = [3.141_592_7, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
+const SIN: [f32; 5] = [core::f32::consts::PI, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
 const COS: [f32; 5] = [4.0, -3.739_208, 1.277_990_8, -0.228_745_09, 0.024_167_106];
 
 /// 1.5 · 2²³: added to a number of less than 2²² it leaves the nearest whole number in the lowest bits.
@@ -39,7 +39,7 @@ pub fn sin_cos_half_turns<S: Simd, V: Lanes<S>>(half_turns: V) -> (V, V) {
 
 /// 2^r for |r| ≤ ½, with 1 at 0.
 const EXP2: [f32; 6] =
-    [0.693_147_2, 0.240_226_5, 0.055_503_57, 0.009_618_083, 0.001_339_086_3, 0.000_154_531_63];
+    [core::f32::consts::LN_2, 0.240_226_5, 0.055_503_57, 0.009_618_083, 0.001_339_086_3, 0.000_154_531_63];
 
 /// 2 to the power of each lane, none of which is above 0. Relative error ≤ 2e-7; what lies below −125 is taken as −125
 /// (2e-38), so that the result is never zero.
