@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0xa266cec5ffec988a)
+#define REEF_HEADER_HASH UINT64_C(0x509db2e20bf7caab)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -138,7 +138,7 @@ typedef struct reef_material {
 
 /* A node chain, root first, skinned by the renderer as a generalised cylinder (the paper's §3.2). 64 bytes. */
 #define REEF_FIBRE_CAP 2u   /* flags: close the end with a disc that carries things (an anemone's mouth) */
-#define REEF_FIBRE_BLADE 4u /* flags: a flat blade; `flatness` is thickness over width */
+#define REEF_FIBRE_BLADE 4u /* flags: a flat blade, a radius wide to both sides along `normal`; `flatness`: thickness over width */
 typedef struct reef_fibre {
   uint32_t object;      /* index into the object stream */
   uint32_t first_node;  /* index into the node stream */
@@ -496,7 +496,8 @@ typedef struct reef_instance {
   int32_t (*step)(void *ctx, const reef_step *input, const reef_output *output);
   /* [control] */
   int32_t (*save_state)(void *ctx, const reef_writer *writer);
-  /* All or nothing: anything but REEF_OK leaves the instance as it was. [control] */
+  /* All or nothing: anything but REEF_OK leaves the instance as it was. A state_version below state_min_version or above
+   * state_version is REEF_BAD_STATE. [control] */
   int32_t (*load_state)(void *ctx, const reef_reader *reader);
   /* The parameter's present value. Parameters change through the step's events only. [control] */
   int32_t (*get_param)(void *ctx, uint32_t id, double *out_value);
@@ -510,7 +511,7 @@ typedef struct reef_descriptor {
   const char *version;       /* of the plugin: "1.2.3" */
   const char *vendor;
   const char *description;
-  const char *config_schema; /* [opt] JSON Schema of the module's table in a scene file */
+  const char *config_schema; /* [opt] JSON Schema of the module's table in a scene file: what does not fit never gets to create() */
   const reef_param *params;  /* [opt] */
   uint32_t param_count;
   uint32_t state_version;    /* what save_state writes */

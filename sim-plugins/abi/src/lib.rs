@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 1;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0xa266cec5ffec988a;
+pub const HEADER_HASH: u64 = 0x509db2e20bf7caab;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -141,7 +141,7 @@ pub struct Material {
 /// flags: close the end with a disc that carries things (an anemone's mouth)
 /// A node chain, root first, skinned by the renderer as a generalised cylinder (the paper's §3.2). 64 bytes.
 pub const FIBRE_CAP: u32 = 2;
-/// flags: a flat blade; `flatness` is thickness over width
+/// flags: a flat blade, a radius wide to both sides along `normal`; `flatness`: thickness over width
 pub const FIBRE_BLADE: u32 = 4;
 
 #[repr(C)]
@@ -683,7 +683,8 @@ pub struct Instance {
         Option<unsafe extern "C" fn(ctx: *mut c_void, input: *const Step, output: *const Output) -> i32>,
     /// [control]
     pub save_state: Option<unsafe extern "C" fn(ctx: *mut c_void, writer: *const Writer) -> i32>,
-    /// All or nothing: anything but REEF_OK leaves the instance as it was. [control]
+    /// All or nothing: anything but REEF_OK leaves the instance as it was. A state_version below state_min_version or above
+    /// state_version is REEF_BAD_STATE. [control]
     pub load_state: Option<unsafe extern "C" fn(ctx: *mut c_void, reader: *const Reader) -> i32>,
     /// The parameter's present value. Parameters change through the step's events only. [control]
     pub get_param: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32, out_value: *mut f64) -> i32>,
@@ -701,7 +702,7 @@ pub struct Descriptor {
     pub version: *const c_char,
     pub vendor: *const c_char,
     pub description: *const c_char,
-    /// [opt] JSON Schema of the module's table in a scene file
+    /// [opt] JSON Schema of the module's table in a scene file: what does not fit never gets to create()
     pub config_schema: *const c_char,
     /// [opt]
     pub params: *const Param,

@@ -363,6 +363,7 @@ static int32_t step(void *ctx, const reef_step *input, const reef_output *output
  *   "REEFSTAT", uint32_t fields, uint32_t 0; then per field:
  *   uint64_t FNV-1a of its name, uint32_t type, uint32_t 0, uint64_t count; the values, padded with zeros to 8 bytes.
  * A reader skips fields that it does not know: one may be added or dropped without a new state version. */
+#define STATE_VERSION 1u
 enum { TYPE_U32 = 2, TYPE_F32 = 6, TYPE_F64 = 7 };
 
 typedef struct head {
@@ -435,6 +436,8 @@ static int32_t load_state(void *ctx, const reef_reader *reader) {
   wanted[1].name = "reef.params.values", wanted[1].type = TYPE_F64, wanted[1].count = PARAMS, wanted[1].into = values;
   wanted[2].name = "bend", wanted[2].type = TYPE_F32, wanted[2].count = MOST * SEGMENTS * 2, wanted[2].into = loaded.bend;
 
+  if (reader->state_version != STATE_VERSION)
+    return fail(self->host, REEF_BAD_STATE, "the state is of another version than this kelp reads");
   if (!take(reader, &start, sizeof start) || memcmp(start.magic, "REEFSTAT", 8) != 0)
     return fail(self->host, REEF_BAD_STATE, "the state does not begin like one");
   for (uint32_t f = 0; f < start.fields; f++) {
@@ -507,8 +510,8 @@ static const reef_descriptor descriptor = {
     "{\"type\": \"object\", \"additionalProperties\": false}",
     params,
     PARAMS,
-    1, /* state version, and the oldest that load_state reads */
-    1,
+    STATE_VERSION,
+    STATE_VERSION, /* the oldest that load_state reads */
     0,
     create,
 };

@@ -222,6 +222,8 @@ void grow_blade(const Vec3 &root, Vec2 out, Vec2 bend, float length, float width
 //   uint64_t FNV-1a of its name, uint32_t type, uint32_t 0, uint64_t count; the values, padded with zeros to 8 bytes.
 // A reader skips fields that it does not know: one may be added or dropped without a new state version.
 
+constexpr std::uint32_t state_version = 1;
+
 template <class T> constexpr std::uint32_t type_of = 0;
 template <> constexpr std::uint32_t type_of<std::uint32_t> = 2;
 template <> constexpr std::uint32_t type_of<float> = 6;
@@ -271,6 +273,7 @@ private:
 class StateReader {
 public:
   explicit StateReader(const reef_reader *reader) {
+    if (reader->state_version != state_version) bad("the state is of another version than this kelp reads");
     char part[4096];
     while (const std::uint64_t count = reader->read(reader->ctx, part, sizeof part))
       bytes.insert(bytes.end(), part, part + std::min<std::uint64_t>(count, sizeof part));
@@ -573,8 +576,8 @@ constexpr reef_descriptor descriptor = {
     R"({"type": "object", "additionalProperties": false})",
     params.data(),
     params.size(),
-    1, // state version, and the oldest that load_state reads
-    1,
+    state_version,
+    state_version, // the oldest that load_state reads
     0,
     create,
 };

@@ -6,6 +6,7 @@ mod bad_libraries;
 mod child;
 mod faults;
 mod fresh;
+mod guide;
 mod languages;
 mod list;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]

@@ -117,6 +117,25 @@ fn a_scaffold_in_rust_builds_moves_and_shows() {
     // One folder for all runs: what the SDK needs is built once.
     let built = build(&folder, &["my-weed"], Some(&workspace().join("target/scaffold")));
     does_what_it_should(&folder, "my.my-weed", built.plugin("my_weed"));
+
+    // What the guide does next: a key of the configuration, and a slip of the pen.
+    let plugins = built.plugin("my_weed").parent().unwrap().to_str().unwrap();
+    let scene = fs::read_to_string(folder.join("scene.toml")).unwrap();
+    let check = |key: &str| {
+        let changed =
+            scene.replace("use = \"my.my-weed\"\n", &format!("use = \"my.my-weed\"\n{key} = 400\n"));
+        assert_ne!(changed, scene);
+        fs::write(folder.join("changed.toml"), changed).unwrap();
+        reef(&folder, &["scene", "check", "changed.toml", "--plugin-dir", plugins])
+    };
+    assert!(check("count").status.success());
+    let slip = check("cuont");
+    assert_eq!(slip.status.code(), Some(2));
+    assert!(
+        told(&slip).contains("modules.first.cuont") && told(&slip).contains("`count`"),
+        "{}",
+        told(&slip)
+    );
 }
 
 #[test]
