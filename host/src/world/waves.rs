@@ -97,14 +97,15 @@ mod tests {
 
     #[test]
     fn wind_and_list_make_one_sea_greatest_first_and_the_list_keeps_its_phases() {
-        let list = vec![swell(12.0, None), swell(7.0, Some(30.0))];
+        // One greater than all of the wind's, one less than most.
+        let list = vec![WaveTable { amplitude: 0.01, ..swell(12.0, None) }, swell(7.0, Some(30.0))];
         let alone = Waves::new(&file(5.0, None, list.clone()), 4).expect("sound").at(2.0);
         let both = Waves::new(&file(5.0, Some(breeze()), list), 4).expect("sound").at(2.0);
         assert_eq!((alone.len(), both.len()), (2, 32));
         assert!(alone.iter().all(|wave| both.contains(wave)));
         assert!(both.windows(2).all(|pair| pair[0].amplitude >= pair[1].amplitude));
         let energy: f64 = both.iter().map(|w| 0.5 * f64::from(w.amplitude).powi(2)).sum();
-        let wind = energy - 2.0 * 0.5 * 0.01;
+        let wind = energy - 0.5 * (0.1 * 0.1 + 0.01 * 0.01);
         assert!((4.0 * wind.sqrt() / significant_height(5.0) - 1.0).abs() < 1e-6);
         let raised = both.iter().filter(|wave| !alone.contains(wave));
         let [x, z] = raised.fold([0.0; 2], |sum: [f32; 2], wave| {
