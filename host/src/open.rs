@@ -10,6 +10,7 @@ use std::{
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    live::{Live, Setup},
     plugin::Registry,
     world::{
         Options, World, assets,
@@ -64,6 +65,18 @@ pub fn world(common: &Common, wanted: &Path, options: Options) -> Result<World, 
 
 /// What standard output did not take.
 static UNSAID: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Lets a sea's plugins and scene change while it runs.
+pub fn live(common: &Common, plugins: Registry, world: &World) -> Result<Live, Failure> {
+    let setup = Setup {
+        plugins,
+        folders: common.plugin_dir.clone(),
+        workers: workers(common),
+        seed: common.seed,
+        assets: assets_folder(common)?,
+    };
+    Live::new(setup, world).map_err(|problem| Failure::machine(miette::miette!("{problem}")))
+}
 
 /// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed. Anything
 /// else (a full disk) is told by [`all_said`].

@@ -9,8 +9,9 @@ use super::panel::model::{Level, PanelModel, ParamKind, ParamView, PluginView};
 use crate::{
     cli::Common,
     failure::Failure,
+    live::{Live, REMEMBER, Standing},
     open,
-    plugin::{self, Registry},
+    plugin::{self, Health, Registry},
     world::{
         Blend, Options, Timeline, World,
         environment::{Environment, Terrain},
@@ -23,7 +24,7 @@ use crate::{
 /// A sea that runs in real time.
 pub struct Sea {
     common: Common,
-    plugins: Registry,
+    live: Live,
     timeline: Timeline,
     path: PathBuf,
     journal: Option<PathBuf>,
@@ -53,10 +54,11 @@ impl Sea {
     pub fn new(common: &Common, scene: &Path, journal: Option<&Path>, hashed: bool) -> Result<Self, Failure> {
         let plugins = open::plugins(common)?;
         let (world, path) = make(common, &plugins, scene)?;
+        let live = open::live(common, plugins, &world)?;
         let timeline = Timeline::new(world);
         let mut sea = Self {
             common: common.clone(),
-            plugins,
+            live,
             blend: timeline.blend(),
             timeline,
             path,
@@ -70,11 +72,12 @@ impl Sea {
 
     /// Opens another scene in place of this one. A scene that is refused changes nothing.
     pub fn open(&mut self, path: &Path) -> Result<(), Failure> {
-        let (world, path) = make(&self.common, &self.plugins, path)?;
+        let (world, path) = make(&self.common, self.live.plugins(), path)?;
         let speed = self.timeline.speed();
         self.timeline = Timeline::new(world);
         self.timeline.set_speed(speed);
         self.path = path;
+        self.live.moved(&self.timeline.world);
         self.restart()
     }
 
@@ -156,6 +159,26 @@ impl Sea {
         self.blend = self.timeline.blend();
     }
 
+    /// Takes up what changed since the last frame: newer builds, older ones after a fault, an edited scene. True: modules
+    /// are others now, or have other parameters.
+    pub fn tend(&mut self) -> bool {
+        let tended = self.live.tend(&mut self.timeline.world);
+        if tended.edited {
+            self.timeline.jump();
+        } else if tended.swapped && self.timeline.paused {
+            self.timeline.look_again();
+        }
+        if tended.swapped || tended.edited {
+            self.blend = self.timeline.blend();
+        }
+        tended.swapped || tended.edited
+    }
+
+    /// Gives a module that stands still another chance.
+    pub fn retry(&mut self, module: usize) {
+        self.live.retry(module);
+    }
+
     /// Real time passes [s].
     pub fn advance(&mut self, seconds: f64) {
         let Self { timeline, chain, .. } = self;
@@ -220,6 +243,14 @@ impl Sea {
     /// Fills in what changes with every frame, and passes on what modules tell.
     pub fn measure(&mut self, model: &mut PanelModel) {
         let world = &mut self.timeline.world;
+        for (module, view) in model.plugins.iter_mut().enumerate() {
+            let Standing { generation, age, trouble } = self.live.standing(world, module);
+            (view.generation, view.age, view.trouble) = (generation, age, trouble);
+            let health = world.instance(module).map(|instance| instance.health());
+            view.stands = health.is_some_and(|health| *health != Health::Running);
+        }
+        // The panel has them from the log.
+        self.live.take_notices();
         for message in world.take_messages() {
             let who = if message.module.is_empty() { String::new() } else { format!("{}: ", message.module) };
             model.messages.push(Level::Warning, format!("{who}{}", message.text));
@@ -248,7 +279,7 @@ fn add(chain: &mut Option<Chain>, world: &mut World) {
 fn make(common: &Common, plugins: &Registry, scene: &Path) -> Result<(World, PathBuf), Failure> {
     let scene = open::scene(common, scene, plugins)?;
     let path = scene.path.clone();
-    let options = Options { seed: common.seed, ..Options::default() };
+    let options = Options { seed: common.seed, remember: Some(REMEMBER), ..Options::default() };
     Ok((World::new(scene, plugins, &options).map_err(Failure::input)?, path))
 }
 
@@ -297,5 +328,6 @@ fn plugin_view(
         generation: 1,
         description: info.description.clone(),
         params,
+        ..PluginView::default()
     }
 }

@@ -150,6 +150,9 @@ impl Shell {
         }
         self.model.camera = Some(self.camera.mode());
         open.stage.measure(&mut self.model.timing);
+        if self.sea.tend() {
+            self.sea.describe(&mut self.model);
+        }
         self.sea.measure(&mut self.model);
 
         let touched = self.input.take_touched();
@@ -214,6 +217,7 @@ impl Shell {
                 self.sea.reset()?;
                 self.sea.describe(&mut self.model);
             }
+            Action::Retry(module) => self.sea.retry(module),
             Action::OpenScene(path) => self.open_scene(&path),
             Action::Camera(mode) => {
                 let Some(open) = &self.open else { return Ok(()) };
@@ -372,6 +376,9 @@ impl ApplicationHandler for Shell {
         // Nothing to draw into: the sea goes on, a few times a second.
         if self.last.elapsed() >= UNSEEN {
             let dt = self.tick();
+            if self.sea.tend() {
+                self.sea.describe(&mut self.model);
+            }
             self.sea.advance(dt);
         }
         event_loop.set_control_flow(ControlFlow::WaitUntil(self.last + UNSEEN));

@@ -65,8 +65,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let scene = open::scene(common, &args.scene, &plugins)?;
     let options = Options { seed: common.seed, remember: Some(REMEMBER), ..Options::default() };
     let mut world = World::new(scene, &plugins, &options).map_err(Failure::input)?;
-    let mut live = Live::new(plugins, &common.plugin_dir, open::workers(common))
-        .map_err(|problem| Failure::machine(miette::miette!("{problem}")))?;
+    let mut live = open::live(common, plugins, &world)?;
     if let Some(path) = &args.journal {
         world.write_journal_to(path).map_err(Failure::input)?;
     }

@@ -128,10 +128,11 @@ impl Files {
             return Err(format!("{} names no file", path.display()));
         };
         let real = self.add_folder(folder, false)?;
-        let known = self.known.entry((real, name.to_owned())).or_default();
-        if known.stamp.is_none() {
-            known.stamp = File::open(path).ok().as_ref().and_then(stamp);
-        }
+        // A file that is watched already may have changed since it was read: its present stamp would hide that.
+        self.known.entry((real, name.to_owned())).or_insert_with(|| Known {
+            stamp: File::open(path).ok().as_ref().and_then(stamp),
+            ..Known::default()
+        });
         Ok(())
     }
 

@@ -26,12 +26,13 @@ use crate::{
     plugin::{Health, Plugin, Registry},
     world::{
         World,
+        adopt::Edition,
         swap::{Job, Purpose, Swap},
     },
 };
 use files::Files;
 use ledger::Ledger;
-use workshop::{Found, NewLibrary, Task, Workshop};
+use workshop::{Found, NewLibrary, Stage, Task, Workshop};
 
 /// Steps between two saved states of a module, for [`crate::world::Options::remember`].
 pub const REMEMBER: u64 = 60;
@@ -65,6 +66,8 @@ pub struct Notice {
 pub struct Tended {
     /// Instances took others' places: the next step is theirs.
     pub swapped: bool,
+    /// An edited scene was taken up: what was read from the world may be different now.
+    pub edited: bool,
 }
 
 /// What has happened so far.
@@ -76,6 +79,8 @@ pub struct Counts {
     pub refusals: u64,
     /// Older builds that took over.
     pub takeovers: u64,
+    /// Edited scenes that were taken up.
+    pub scenes: u64,
 }
 
 /// Something to be done, one at a time.
@@ -84,6 +89,7 @@ enum Wish {
     Reload(NewLibrary),
     Takeover(Vec<usize>),
     Retry(usize),
+    Scene(Box<Edition>, Vec<PathBuf>),
 }
 
 /// What is being done.
@@ -107,12 +113,33 @@ pub struct Live {
     notices: VecDeque<Notice>,
     counts: Counts,
     grace: Duration,
+    /// Of the command line.
+    seed: Option<u64>,
+    assets: PathBuf,
+    /// All files that were read for the scene.
+    scene_files: Vec<PathBuf>,
+}
+
+/// What a sea that may change has to know from the start.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The plugins that were found.
+    pub plugins: Registry,
+    /// Folders in which more may appear.
+    pub folders: Vec<PathBuf>,
+    /// Threads that simulate.
+    pub workers: usize,
+    /// In place of the scenes' seeds.
+    pub seed: Option<u64>,
+    /// Where species are found.
+    pub assets: PathBuf,
 }
 
 impl Live {
-    /// Begins to watch the files of all plugins, and `folders` for more. Called by the sea's own thread, which is woken when
-    /// there is something to tend.
-    pub fn new(registry: Registry, folders: &[PathBuf], workers: usize) -> Result<Self, String> {
+    /// Begins to watch the files of all plugins and of the scene, and folders for more. Called by the sea's own thread, which
+    /// is woken when there is something to tend.
+    pub fn new(setup: Setup, world: &World) -> Result<Self, String> {
+        let Setup { plugins: registry, folders, workers, seed, assets } = setup;
         let (tasks, received) = mpsc::channel();
         let (telling, found) = mpsc::channel();
         let events = tasks.clone();
@@ -127,15 +154,16 @@ impl Live {
             files.add(path)?;
             watch_twins(&mut files, path);
         }
-        for folder in folders {
+        for folder in &folders {
             files.add_folder(folder, true)?;
         }
-        let workshop = Workshop { files, tasks: received, found: telling, sea: thread::current(), workers };
+        let sea = thread::current();
+        let workshop = Workshop { files, tasks: received, found: telling, sea, workers, stage: None };
         let thread = thread::Builder::new()
             .name("reef-workshop".to_owned())
             .spawn(move || workshop.run())
             .map_err(|error| format!("no thread to watch files with: {error}"))?;
-        Ok(Self {
+        let live = Self {
             tasks,
             found,
             thread: Some(thread),
@@ -146,7 +174,37 @@ impl Live {
             notices: VecDeque::new(),
             counts: Counts::default(),
             grace: GRACE,
-        })
+            seed,
+            assets,
+            scene_files: world.scene().files.clone(),
+        };
+        live.stage(world, false);
+        Ok(live)
+    }
+
+    /// Another sea stands in the place of the one that was tended so far.
+    pub fn moved(&mut self, world: &World) {
+        if let Some(Running { job, library, .. }) = self.running.take() {
+            job.cancel();
+            library.into_iter().for_each(|new| self.wishes.push_front(Wish::Reload(new)));
+        }
+        self.wishes.retain(|wish| matches!(wish, Wish::Reload(_)));
+        self.scene_files = world.scene().files.clone();
+        self.stage(world, false);
+    }
+
+    /// Tells the thread beside what runs now.
+    fn stage(&self, world: &World, again: bool) {
+        let stage = Stage {
+            path: world.scene().path.clone(),
+            assets: self.assets.clone(),
+            files: self.scene_files.clone(),
+            seed: self.seed,
+            before: world.before(),
+            plugins: self.registry.clone(),
+            again,
+        };
+        let _ = self.tasks.send(Task::Stage(Box::new(stage)));
     }
 
     /// Keeps older builds for another time than [`GRACE`].
@@ -187,6 +245,11 @@ impl Live {
             match found {
                 Found::Library(new) => self.wish_for(new),
                 Found::Refused { path, problem } => self.refuse(world, &path, &problem),
+                Found::Scene { edition, files } => self.wishes.push_back(Wish::Scene(edition, files)),
+                Found::BadScene { problem } => {
+                    let text = format!("{problem}: the scene runs on as it was");
+                    self.tell(world, Gravity::Trouble, text);
+                }
             }
         }
         self.hear_faults(world);
@@ -212,7 +275,10 @@ impl Live {
         while self.running.is_none()
             && let Some(wish) = self.wishes.pop_front()
         {
-            self.begin(world, wish);
+            match wish {
+                Wish::Scene(edition, files) => tended.edited |= self.adopt(world, *edition, files),
+                wish => self.begin(world, wish),
+            }
         }
         for retired in self.ledger.retire(world, self.grace) {
             self.drop_later(retired);
@@ -250,6 +316,8 @@ impl Live {
         match wish {
             Wish::Reload(new) => self.begin_reload(world, new),
             Wish::Takeover(modules) => self.begin_takeover(world, &modules),
+            // Taken up by `tend`: there is nothing to wait for.
+            Wish::Scene(..) => {}
             Wish::Retry(module) => {
                 let newest = world.instance(module).and_then(|instance| {
                     Some(self.ledger.newest(instance.plugin()).unwrap_or_else(|| instance.plugin().clone()))
@@ -258,6 +326,30 @@ impl Live {
                 self.work(job, None, vec![module]);
             }
         }
+    }
+
+    /// Takes up an edited scene.
+    fn adopt(&mut self, world: &mut World, edition: Edition, files: Vec<PathBuf>) -> bool {
+        let adopted = match world.adopt(edition) {
+            Ok(adopted) => adopted,
+            Err(edition) => {
+                self.drop_later(edition);
+                self.stage(world, true);
+                return false;
+            }
+        };
+        self.counts.scenes += 1;
+        self.scene_files = files;
+        self.stage(world, false);
+        self.drop_later(adopted.former);
+        let list = |names: &[String]| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+        let mut text = format!("{}: carried on: {}", world.scene().path.display(), list(&adopted.carried));
+        if !adopted.anew.is_empty() {
+            text +=
+                &format!("; began anew, because it is new or set differently: {}", adopted.anew.join(", "));
+        }
+        self.tell(world, Gravity::Info, text);
+        true
     }
 
     fn begin_reload(&mut self, world: &mut World, new: NewLibrary) {
@@ -270,7 +362,7 @@ impl Live {
         let modules = users(world, &new.plugins);
         match world.order_reload(&new.plugins) {
             Ok(None) => {
-                let text = self.take(&path, new);
+                let text = self.take(world, &path, new);
                 self.tell(world, Gravity::Info, format!("{text}; no module of this scene uses it"));
             }
             Ok(job) => self.work(job, Some(NewLibrary { path, ..new }), modules),
@@ -361,7 +453,7 @@ impl Live {
             (_, Some(new)) => {
                 let took = new.seen.elapsed().as_secs_f64() * 1e3;
                 let path = new.path.clone();
-                let text = self.take(&path, new);
+                let text = self.take(world, &path, new);
                 self.tell(world, Gravity::Info, format!("{text}: {names} carried on ({took:.1} ms)"));
             }
             (Purpose::Takeover, None) => {
@@ -370,6 +462,7 @@ impl Live {
                 let number = plugin.map_or(0, |plugin| self.ledger.standing(plugin).generation);
                 if let Some(plugin) = plugin {
                     let former = self.registry.replace(std::slice::from_ref(plugin));
+                    self.stage(world, false);
                     self.drop_later(former);
                 }
                 self.tell(world, Gravity::Info, format!("{names}: generation {number} has taken over"));
@@ -381,11 +474,12 @@ impl Live {
     }
 
     /// A build is the one that counts from now on; says so.
-    fn take(&mut self, path: &Path, new: NewLibrary) -> String {
+    fn take(&mut self, world: &World, path: &Path, new: NewLibrary) -> String {
         self.counts.reloads += 1;
         let what: Vec<String> =
             new.plugins.iter().map(|p| format!("{} {}", p.info().id, p.info().version)).collect();
         let former = self.registry.replace(&new.plugins);
+        self.stage(world, false);
         self.drop_later(former);
         let number = self.ledger.add(path, new.library, new.plugins);
         format!("{} is generation {number}", what.join(", "))

@@ -13,8 +13,13 @@ use std::{
 
 use super::files::{Change, Files};
 use crate::{
-    plugin::{Library, Plugin, Refusal, inspect},
-    world::swap::Job,
+    plugin::{Library, Plugin, Refusal, Registry, inspect},
+    world::{
+        WorldError,
+        adopt::{Before, Edition},
+        scene,
+        swap::Job,
+    },
 };
 
 /// What the thread is asked for.
@@ -23,6 +28,8 @@ pub(super) enum Task {
     Event(notify::Result<notify::Event>),
     /// Instances are wanted.
     Work(Arc<Job>),
+    /// This is the scene that runs now, and what it would be made of if it changed.
+    Stage(Box<Stage>),
     /// Nobody needs these any more.
     Drop(Box<dyn Send>),
     /// The end.
@@ -35,6 +42,23 @@ pub(super) enum Found {
     Library(NewLibrary),
     /// A build that is not used.
     Refused { path: PathBuf, problem: String },
+    /// The scene, or a species of it, was edited.
+    Scene { edition: Box<Edition>, files: Vec<PathBuf> },
+    /// An edit that is not used.
+    BadScene { problem: String },
+}
+
+/// The scene that runs.
+pub(super) struct Stage {
+    pub(super) path: PathBuf,
+    pub(super) assets: PathBuf,
+    /// All files that were read for it.
+    pub(super) files: Vec<PathBuf>,
+    pub(super) seed: Option<u64>,
+    pub(super) before: Before,
+    pub(super) plugins: Registry,
+    /// It changed while it was read: read it again.
+    pub(super) again: bool,
 }
 
 /// A library that was just loaded.
@@ -55,6 +79,7 @@ pub(super) struct Workshop {
     /// The sea's thread, which may be asleep until its next step.
     pub(super) sea: Thread,
     pub(super) workers: usize,
+    pub(super) stage: Option<Box<Stage>>,
 }
 
 impl Workshop {
@@ -76,12 +101,43 @@ impl Workshop {
                 None | Some(Task::Quit) => return,
                 Some(Task::Event(event)) => self.files.hear(&event),
                 Some(Task::Work(job)) => job.work(|| self.sea.unpark()),
+                Some(Task::Stage(stage)) => self.set(stage),
                 Some(Task::Drop(old)) => drop(old),
             }
         }
     }
 
+    fn set(&mut self, stage: Box<Stage>) {
+        for file in &stage.files {
+            if let Err(problem) = self.files.add(file) {
+                tracing::warn!("{problem}");
+            }
+        }
+        let again = stage.again;
+        self.stage = Some(stage);
+        if again {
+            self.read_scene();
+        }
+    }
+
+    /// Reads the scene anew and makes what is new in it.
+    fn read_scene(&mut self) {
+        let Some(stage) = &self.stage else { return };
+        let made = scene::load(&stage.path, &stage.assets, &stage.plugins)
+            .map_err(WorldError::from)
+            .and_then(|scene| {
+                let files = scene.files.clone();
+                Ok((Edition::new(scene, stage.seed, &stage.before, &stage.plugins)?, files))
+            });
+        let found = match made {
+            Ok((edition, files)) => Found::Scene { edition: Box::new(edition), files },
+            Err(error) => Found::BadScene { problem: error.to_string() },
+        };
+        self.tell(found);
+    }
+
     fn look(&mut self) {
+        let mut edited = false;
         for Change { path, content } in self.files.changes(is_whole) {
             let seen = Instant::now();
             let found = match content {
@@ -90,9 +146,15 @@ impl Workshop {
                     Ok((library, plugins)) => Found::Library(NewLibrary { path, library, plugins, seen }),
                     Err(reason) => Found::Refused { path, problem: reason.to_string() },
                 },
-                Ok(_) => continue,
+                Ok(_) => {
+                    edited = true;
+                    continue;
+                }
             };
             self.tell(found);
+        }
+        if edited {
+            self.read_scene();
         }
     }
 

@@ -2,8 +2,9 @@
 //! (keyframed flow), under [`waves`], over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
 //! in the step before (`exchange`); each step is a [`frame`], of which a [`timeline`] keeps the last two.
 //! [`state`] saves and loads all of it; `recent` remembers the last steps, and [`swap`] puts other instances in the places
-//! of running ones; [`record`] and [`hash`] write down what happened.
+//! of running ones; [`adopt`] takes up an edited scene; [`record`] and [`hash`] write down what happened.
 
+pub mod adopt;
 pub mod assets;
 pub mod camera;
 pub mod catalogue;

@@ -159,6 +159,11 @@ impl Recent {
         }
     }
 
+    /// Steps between two saved states of a module.
+    pub(super) fn every(&self) -> u64 {
+        self.every
+    }
+
     /// The sea is somewhere else now: nothing of the past counts, and nobody is to be brought to it.
     pub(super) fn forget(&mut self) {
         self.moments.clear();

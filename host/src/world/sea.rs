@@ -19,7 +19,7 @@ use super::{
     frame::{CameraPose, Frame},
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     recent::{Fixed, Recent},
-    scene::{Scene, error::SceneError},
+    scene::{Module, Scene, error::SceneError},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
     waves::Waves,
@@ -126,10 +126,12 @@ pub(super) struct Member {
     pub(super) standing: bool,
     /// It does not give its state: asked once.
     unsavable: bool,
+    /// It has made steps: what the scene sets from the start was set.
+    known: bool,
 }
 
 impl Member {
-    fn new(name: &str, params: &[(u32, f64)], instance: Instance) -> Self {
+    pub(super) fn new(name: &str, params: &[(u32, f64)], instance: Instance) -> Self {
         Self {
             name: name.to_owned(),
             params: params.to_vec(),
@@ -138,7 +140,21 @@ impl Member {
             missed: Vec::new(),
             standing: false,
             unsavable: false,
+            known: false,
         }
+    }
+
+    /// Parameters that an edited scene sets to other values than before.
+    pub(super) fn changed_params<'a>(&self, new: &'a [(u32, f64)]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        let old = self.params.clone();
+        new.iter().filter(move |param| !old.contains(param)).copied()
+    }
+
+    /// Goes on in an edited scene, which sets these parameters from the start. One that stands still is told about again.
+    pub(super) fn go_on(&mut self, params: &[(u32, f64)]) {
+        self.params = params.to_vec();
+        self.known = true;
+        self.standing = false;
     }
 
     /// What the scene sets from the start.
@@ -179,6 +195,8 @@ pub struct World {
     step_seconds: f64,
     pub(super) recent: Option<Recent>,
     faults: Vec<Fault>,
+    /// Counts the scenes that were taken up.
+    pub(super) serial: u64,
 }
 
 /// A module failed, and stands still.
@@ -200,16 +218,7 @@ impl World {
         let seed = options.seed.unwrap_or(scene.file.scene.seed);
         let mut members = Vec::with_capacity(scene.modules.len());
         for module in &scene.modules {
-            let plugin =
-                plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
-            let made = plugin.create(&module.create_json(&scene, seed));
-            let instance = made.map_err(|error| match error {
-                PluginError::Config { path, message, .. } => {
-                    let told = path.map_or(message.clone(), |path| format!("{path}: {message}"));
-                    module.create_error(&told).into()
-                }
-                source => WorldError::Module { module: module.name.clone(), source },
-            })?;
+            let instance = instance_of(module, &module.create_json(&scene, seed), plugins)?;
             members.push(Member::new(&module.name, &module.params, instance));
         }
         let trains = Waves::new(&scene.file, seed)?;
@@ -217,14 +226,8 @@ impl World {
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
-        let water = &scene.file.water;
         let frame = Frame { step: 0, time: 0.0, camera: pose, outputs: Vec::new(), flow: Arc::default() };
-        let raw_water = abi::Water {
-            density: water.density as f32,
-            viscosity: water.viscosity as f32,
-            depth: water.depth as f32,
-            spare: [0.0; 5],
-        };
+        let raw_water = raw_water(&scene);
         let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
         let recent = options.remember.map(|every| {
             let fixed = Fixed { seed, simd_level, water: raw_water, environment: environment.clone() };
@@ -258,6 +261,7 @@ impl World {
             step_seconds: 0.0,
             recent,
             faults: Vec::new(),
+            serial: 0,
             scene: Arc::new(scene),
         };
         world.look();
@@ -473,9 +477,17 @@ impl World {
     /// Emits the present state without changing it; at step 0 with the parameters that the scene sets.
     pub(super) fn look(&mut self) {
         for member in &mut self.members {
+            member.known &= self.clock.step != 0;
+        }
+        self.look_again();
+    }
+
+    /// The same for a sea in which only some modules are new.
+    pub(super) fn look_again(&mut self) {
+        for member in &mut self.members {
             member.events.clear();
             member.missed.clear();
-            if self.clock.step == 0 {
+            if !std::mem::replace(&mut member.known, true) || self.clock.step == 0 {
                 let params = std::mem::take(&mut member.params);
                 member.events.extend(params.iter().map(|&(id, value)| param_event(id, value)));
                 member.params = params;
@@ -488,6 +500,37 @@ impl World {
         for _ in 0..self.members.len() {
             self.save_one();
         }
+    }
+
+    /// The still part of an edited scene, and what was said in it.
+    pub(super) fn settle(
+        &mut self,
+        seed: u64,
+        environment: Arc<Environment>,
+        trains: Waves,
+        camera: Camera,
+        water: Water,
+        raw_water: abi::Water,
+        exchange: Exchange,
+    ) {
+        self.seed = seed;
+        self.trains = trains;
+        self.rocks = setting::rocks(&environment);
+        self.environment = environment.clone();
+        (self.camera, self.water, self.raw_water, self.exchange) = (camera, water, raw_water, exchange);
+        self.replay.clear();
+        self.pending.clear();
+        self.faults.clear();
+        if let Some(recent) = &mut self.recent {
+            recent.forget();
+            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, environment };
+            *recent = Recent::new(recent.every(), self.members.len(), fixed);
+        }
+    }
+
+    /// Something from outside, for the next step.
+    pub(super) fn ask(&mut self, input: Input) {
+        self.pending.push(input);
     }
 
     /// Saves the state of a module whose turn it is.
@@ -691,6 +734,29 @@ impl Drop for World {
         if let Err(error) = self.flush_journal() {
             tracing::error!("{error}");
         }
+    }
+}
+
+/// Makes the instance of a module; what its plugin says about the configuration is told at its place in the scene.
+pub(super) fn instance_of(module: &Module, config: &str, plugins: &Registry) -> Result<Instance, WorldError> {
+    let plugin = plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
+    plugin.create(config).map_err(|error| match error {
+        PluginError::Config { path, message, .. } => {
+            let told = path.map_or(message.clone(), |path| format!("{path}: {message}"));
+            module.create_error(&told).into()
+        }
+        source => WorldError::Module { module: module.name.clone(), source },
+    })
+}
+
+/// The scene's water as modules read it.
+pub(super) fn raw_water(scene: &Scene) -> abi::Water {
+    let water = &scene.file.water;
+    abi::Water {
+        density: water.density as f32,
+        viscosity: water.viscosity as f32,
+        depth: water.depth as f32,
+        spare: [0.0; 5],
     }
 }
 

@@ -126,6 +126,12 @@ impl Timeline {
         self.surplus = 0.0;
     }
 
+    /// Modules took others' places while the sea stands still: the newest picture is theirs.
+    pub fn look_again(&mut self) {
+        self.current = self.world.frame().clone();
+        self.previous = self.current.clone();
+    }
+
     /// What a picture shows now.
     pub fn blend(&self) -> Blend {
         let alpha = (self.surplus / self.world.clock().dt).clamp(0.0, 1.0) as f32;

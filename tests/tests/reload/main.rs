@@ -2,7 +2,9 @@
 
 mod builds;
 mod faults;
+mod figures;
 mod same;
+mod scenes;
 
 use std::{
     fs::{self, File},
@@ -16,7 +18,7 @@ use std::{
 };
 
 use reef::{
-    live::Live,
+    live::{Live, Setup},
     plugin::Registry,
     world::{Options, World, scene},
 };
@@ -68,7 +70,14 @@ impl Place {
             scene::load(&folder.path().join("scene.toml"), &assets, &registry).expect("a sound scene");
         let options = Options { remember: Some(20), ..Options::default() };
         let world = World::new(scene, &registry, &options).expect("a sea");
-        let live = Live::new(registry, &[folder.path().join("plugins")], 2).expect("a watched folder");
+        let setup = Setup {
+            plugins: registry,
+            folders: vec![folder.path().join("plugins")],
+            workers: 2,
+            seed: None,
+            assets,
+        };
+        let live = Live::new(setup, &world).expect("a watched folder");
         Self { folder, live, world }
     }
 

@@ -20,8 +20,30 @@ pub struct Built {
 ///
 /// Cargo may leave an older copy of a dynamic library beside the program, so the files are taken from its messages.
 pub fn build() -> Result<Built, Failure> {
+    let (program, libraries) = run_cargo(&[])?;
+    let program = program.ok_or_else(|| Failure::check("cargo build named no program `reef`"))?;
+    let beside = program.parent().map_or_else(root, Path::to_path_buf);
+    let plugins = beside.join("reef-plugins");
+    gather(&libraries, &plugins).map_err(|error| {
+        Failure::check(format!("cannot gather the plugins in {}: {error}", plugins.display()))
+    })?;
+    Ok(Built { program, plugins })
+}
+
+/// Builds one plugin and renames it into a folder of plugins, where a running sea finds it.
+pub fn build_plugin(package: &str, folder: &Path) -> Result<(), Failure> {
+    let (_, libraries) = run_cargo(&["--package", package])?;
+    for library in &libraries {
+        place(library, folder).map_err(|error| Failure::check(format!("{}: {error}", library.display())))?;
+    }
+    Ok(())
+}
+
+/// Builds; returns the program `reef` and all dynamic libraries, as cargo names them.
+fn run_cargo(arguments: &[&str]) -> Result<(Option<PathBuf>, Vec<PathBuf>), Failure> {
     let output = cargo()
         .args(["build", "--message-format=json-render-diagnostics"])
+        .args(arguments)
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| Failure::machine(format!("cargo build: {error}")))?;
@@ -46,13 +68,7 @@ pub fn build() -> Result<Built, Failure> {
             libraries.extend(files.filter_map(|file| file.as_str()).map(PathBuf::from));
         }
     }
-    let program = program.ok_or_else(|| Failure::check("cargo build named no program `reef`"))?;
-    let beside = program.parent().map_or_else(root, Path::to_path_buf);
-    let plugins = beside.join("reef-plugins");
-    gather(&libraries, &plugins).map_err(|error| {
-        Failure::check(format!("cannot gather the plugins in {}: {error}", plugins.display()))
-    })?;
-    Ok(Built { program, plugins })
+    Ok((program, libraries))
 }
 
 /// Makes `folder` hold copies of exactly these libraries; each copy is renamed into place, so a running sea never
@@ -65,17 +81,19 @@ fn gather(libraries: &[PathBuf], folder: &Path) -> std::io::Result<()> {
             fs::remove_file(path)?;
         }
     }
-    for library in libraries {
-        let Some(name) = library.file_name() else { continue };
-        let target = folder.join(name);
-        if fs::read(&target).ok() == Some(fs::read(library)?) {
-            continue;
-        }
-        let partial = folder.join(format!("{}.partial", name.to_string_lossy()));
-        fs::copy(library, &partial)?;
-        fs::rename(&partial, &target)?;
+    libraries.iter().try_for_each(|library| place(library, folder))
+}
+
+/// Renames a copy of a library into a folder, unless the same is there.
+fn place(library: &Path, folder: &Path) -> std::io::Result<()> {
+    let Some(name) = library.file_name() else { return Ok(()) };
+    let target = folder.join(name);
+    if fs::read(&target).ok() == Some(fs::read(library)?) {
+        return Ok(());
     }
-    Ok(())
+    let partial = folder.join(format!("{}.partial", name.to_string_lossy()));
+    fs::copy(library, &partial)?;
+    fs::rename(&partial, &target)
 }
 
 /// Whether an optional part of the toolchain (`fmt`, `clippy`) is installed.

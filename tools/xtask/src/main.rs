@@ -5,6 +5,7 @@ mod contract;
 mod demo;
 mod packages;
 mod shaders;
+mod watch;
 
 use std::{
     env,
@@ -40,6 +41,7 @@ const HELP: &str = "\
 Chores around Reef.
 
 cargo xtask demo [SCENE] [OPTIONS]  set up, build, and show the sea: in a window, or as a picture where there is no display
+cargo xtask watch PLUGIN [SCENE]    show the sea, and build the plugin anew whenever its sources are saved
 cargo xtask test                    set up, build, and pass every test, the golden pictures included
 cargo xtask lint                    formatting and clippy over the whole tree
 cargo xtask shaders [--all]         compile the shaders that changed; needs shaderc
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
     let rest = arguments.get(1..).unwrap_or_default();
     let outcome = match arguments.first().map(String::as_str) {
         Some("demo") => demo::demo(rest),
+        Some("watch") => watch::watch(rest),
         Some("test") => test(rest),
         Some("lint") => lint(),
         Some("shaders") => shaders::shaders(rest),

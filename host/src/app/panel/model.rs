@@ -122,6 +122,12 @@ pub struct PluginView {
     pub version: String,
     /// How many times its library was loaded, from 1.
     pub generation: u64,
+    /// How long that loading has been running [s].
+    pub age: f64,
+    /// The last build that was refused, or fault; None: all is well.
+    pub trouble: Option<String>,
+    /// It failed: its last good picture stands still.
+    pub stands: bool,
     /// One sentence.
     pub description: String,
     /// In the plugin's order.
@@ -269,6 +275,8 @@ pub enum Action {
         /// Its new value.
         value: f64,
     },
+    /// Another chance for an instance that stands still.
+    Retry(usize),
     /// Who moves the camera.
     Camera(Mode),
     /// Debug lines, or none.

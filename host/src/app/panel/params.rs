@@ -1,6 +1,6 @@
 //! Controls for a plugin's parameters, made from their descriptions alone.
 
-use egui::{ComboBox, DragValue, Slider, Ui};
+use egui::{ComboBox, DragValue, RichText, Slider, Ui};
 
 use super::{
     model::{Action, ParamKind, ParamView, PluginView},
@@ -21,12 +21,24 @@ pub fn plugin(ui: &mut Ui, plugin: &mut PluginView, open: bool, actions: &mut Ve
                     0 | 1 => "as first loaded".to_owned(),
                     n => format!("reloaded {} ×", n - 1),
                 };
-                style::faint(ui, &generation)
+                style::faint(ui, &format!("{generation}, {} ago", age(plugin.age)))
                     .on_hover_text(format!("Generation {} of its library.", plugin.generation.max(1)));
                 if !plugin.description.is_empty() {
                     style::faint(ui, &plugin.description);
                 }
             });
+            if let Some(trouble) = &plugin.trouble {
+                let color = if plugin.stands { style::ERROR } else { style::WARNING };
+                ui.label(RichText::new(trouble).small().color(color));
+            }
+            if plugin.stands {
+                let retry = ui.small_button("Retry");
+                let help =
+                    "The newest build once more, from the last good state; what it missed is left out.";
+                if retry.on_hover_text(help).clicked() {
+                    actions.push(Action::Retry(plugin.instance));
+                }
+            }
             if plugin.params.is_empty() {
                 style::faint(ui, "Nothing to adjust.");
             }
@@ -55,6 +67,15 @@ pub fn plugin(ui: &mut Ui, plugin: &mut PluginView, open: bool, actions: &mut Ve
             }
         },
     );
+}
+
+/// A length of time, for people.
+fn age(seconds: f64) -> String {
+    match seconds {
+        s if s < 60.0 => format!("{s:.0} s"),
+        s if s < 3600.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.0} h", s / 3600.0),
+    }
 }
 
 /// One parameter; its new value, if somebody changed it.

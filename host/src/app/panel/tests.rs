@@ -103,8 +103,9 @@ fn model() -> PanelModel {
         name: "Anemones".to_owned(),
         version: "1.2.3".to_owned(),
         generation: 2,
-        description: String::new(),
+        age: 75.0,
         params,
+        ..PluginView::default()
     };
     PanelModel { plugins: vec![plugin], ..PanelModel::default() }
 }
@@ -113,14 +114,35 @@ fn model() -> PanelModel {
 fn a_plugins_controls_come_from_its_descriptions_alone() {
     let (mut bench, mut model) = (Bench::new(), model());
     bench.settle(&mut model);
-    for text in
-        ["Anemones  1.2.3", "reloaded 1 ×", "Tentacles", "Stiffness", "Rows", "Feeds", "Species", "red"]
-    {
+    for text in [
+        "Anemones  1.2.3",
+        "reloaded 1 ×, 1 min ago",
+        "Tentacles",
+        "Stiffness",
+        "Rows",
+        "Feeds",
+        "Species",
+        "red",
+    ] {
         bench.place(text);
     }
     bench.place("4.00");
     bench.place("m/s");
     assert_eq!(bench.texts.iter().filter(|(t, _)| t == "Tentacles").count(), 1, "one heading a group");
+}
+
+#[test]
+fn a_plugin_that_stands_still_says_why_and_asks_for_another_chance() {
+    let (mut bench, mut model) = (Bench::new(), model());
+    bench.settle(&mut model);
+    bench.place("reloaded 1 ×, 1 min ago");
+    assert!(!bench.texts.iter().any(|(text, _)| text == "Retry"));
+    model.plugins[0].trouble = Some("step 7: a node at NaN".to_owned());
+    model.plugins[0].stands = true;
+    bench.settle(&mut model);
+    bench.place("step 7: a node at NaN");
+    let at = bench.place("Retry");
+    assert_eq!(bench.click(&mut model, at), [Action::Retry(3)]);
 }
 
 #[test]

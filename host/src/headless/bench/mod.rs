@@ -4,6 +4,7 @@
 pub mod allocations;
 mod fibre;
 pub mod measure;
+pub mod reload;
 mod render;
 pub mod report;
 mod waves;
@@ -36,6 +37,11 @@ const BENCHES: &[Bench] = &[
         name: "fibre",
         about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
         run: fibre::run,
+    },
+    Bench {
+        name: "reload",
+        about: "what ten thousand reloads leave behind, and how soon a new build's first step comes",
+        run: reload::run,
     },
     Bench {
         name: "render",

@@ -1,0 +1,42 @@
+//! What `reef bench reload` measures, in a few seconds and with room for a busy machine.
+
+use std::{env, fs, path::PathBuf};
+
+use reef::headless::bench::reload::{churn, soon};
+use reef_tests::artifacts::workspace;
+use tempfile::TempDir;
+
+use crate::builds;
+
+/// A build in a file whose name no other test's copies have.
+fn place(features: &str, stem: &str) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("{stem}{}", env::consts::DLL_SUFFIX));
+    fs::write(&path, builds(features)).unwrap();
+    (folder, path)
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn reloads_leave_no_mapping_no_file_and_no_copy_behind_even_with_thread_locals() {
+    for (features, stem) in [("", "libplain_of_figures"), ("thread-local", "liblocal_of_figures")] {
+        let (_folder, path) = place(features, stem);
+        let churn = churn(&path, "fixture.growing", &workspace().join("assets"), 20, 100).unwrap().unwrap();
+        assert_eq!((churn.refused, churn.pinned), (0, 0), "{stem}");
+        assert_eq!(churn.after.copies, 0, "{stem}");
+        let mapped = fs::read_to_string("/proc/self/maps").unwrap();
+        assert!(!mapped.contains(stem), "{stem} is still mapped");
+        // Other tests run beside this one: less than one reload in ten may have left something.
+        assert!(churn.after.descriptors < churn.before.descriptors + 10, "{stem}: {churn:?}");
+    }
+}
+
+#[test]
+fn a_build_that_is_renamed_into_place_runs_within_a_few_steps() {
+    let (_folder, path) = place("", "libsoon_of_figures");
+    let soon = soon(&path, "fixture.growing", &workspace().join("assets"), 12).unwrap().unwrap();
+    println!("{soon:?}");
+    assert_eq!(soon.missed, 0, "{soon:?}");
+    // Four steps; alone on the machine it is one.
+    assert!(soon.within(0.5) < 4.0 / 60.0, "{soon:?}");
+}

@@ -1,0 +1,77 @@
+//! Edits of scenes and species while the sea runs.
+
+use std::fs;
+
+use reef::world::World;
+
+use crate::{Place, builds};
+
+fn scene(first: &str, second: &str) -> String {
+    format!(
+        "[scene]\nname = \"Edited\"\n\n[modules.first]\nuse = \"fixture.growing\"\n{first}\n\n\
+         [modules.second]\nuse = \"fixture.growing\"\n{second}\n"
+    )
+}
+
+fn heights(world: &World) -> Vec<f64> {
+    world.frame().outputs.iter().map(|outputs| f64::from(outputs.fibre_nodes[1].position[1])).collect()
+}
+
+/// Writes the scene and runs until the sea has come to an end with it; returns the news.
+fn edit(place: &mut Place, text: &str) -> String {
+    place.live.take_notices();
+    fs::write(place.folder.path().join("scene.toml"), text).unwrap();
+    let mut news = String::new();
+    let told = place.run(|live, _| {
+        news.extend(live.take_notices().into_iter().map(|notice| notice.text));
+        !news.is_empty()
+    });
+    assert!(told, "nothing was said of: {text}");
+    news
+}
+
+#[test]
+fn an_edit_lets_unchanged_modules_go_on_and_others_begin_anew_and_says_which() {
+    let mut place = Place::new(&builds(""), &scene("height = 1.0", "height = 2.0"));
+    assert!(place.world.set_param(0, 1, 3.0));
+    (0..50).for_each(|_| place.world.step());
+    let news = edit(&mut place, &scene("height = 1.0", "height = 5.0\nparams.pace = 2.0"));
+    assert!(news.contains("carried on: first") && news.contains("anew") && news.contains("second"), "{news}");
+    let step = place.world.clock().step as f64;
+    let now = heights(&place.world);
+    assert!(step >= 50.0 && (now[0] - 1.0 - 0.003 * step).abs() < 1e-4, "{now:?} in step {step}");
+    assert!(now[1] < 5.01, "{now:?}");
+    assert_eq!(place.world.param(0, 1), Some(3.0), "a parameter that somebody changed stays");
+    let before = heights(&place.world);
+    place.world.step();
+    let after = heights(&place.world);
+    let grown = [0, 1].map(|at| after[at] - before[at]);
+    assert!((grown[0] - 0.003).abs() < 1e-5 && (grown[1] - 0.002).abs() < 1e-5, "{grown:?}");
+
+    // Another module, another order: what goes on is found by its name.
+    let other = scene("height = 1.0", "height = 5.0").replace("first", "third");
+    let news = edit(&mut place, &other.replace("second", "first").replace("height = 5.0", "height = 1.0"));
+    assert!(news.contains("carried on: first") && news.contains("third"), "{news}");
+    let now = heights(&place.world);
+    assert!(now[0] < 1.01 && now[1] > 1.15, "{now:?}");
+}
+
+#[test]
+fn a_bad_edit_keeps_the_old_scene_and_names_file_line_and_column() {
+    let mut place = Place::new(&builds(""), &scene("height = 1.0", ""));
+    (0..10).for_each(|_| place.world.step());
+    let news = edit(&mut place, &scene("height = \"tall\"", ""));
+    assert!(news.contains("scene.toml:6:10: ") && news.contains("runs on as it was"), "{news}");
+    let news = edit(&mut place, &scene("hieght = 1.0", ""));
+    assert!(news.contains("scene.toml:6:1: ") && news.contains("hieght"), "{news}");
+    let news = edit(&mut place, "[scene\n");
+    assert!(news.contains("scene.toml:1:"), "{news}");
+    let step = place.world.clock().step as f64;
+    assert!(heights(&place.world).iter().all(|height| (height - 1.0 - 0.001 * step).abs() < 1e-4));
+    assert_eq!(place.live.counts().scenes, 0);
+    // Mended, and with a build in between: both are taken.
+    place.rename_into_place(&builds("v2"));
+    place.until(1, 0);
+    let news = edit(&mut place, &scene("height = 1.0", "height = 3.0"));
+    assert!(news.contains("carried on: first") && news.contains("second"), "{news}");
+}
