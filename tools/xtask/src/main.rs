@@ -5,6 +5,7 @@ mod contract;
 mod demo;
 mod packages;
 mod shaders;
+mod textures;
 mod watch;
 
 use std::{
@@ -45,6 +46,7 @@ cargo xtask watch PLUGIN [SCENE]    show the sea, and build the plugin anew when
 cargo xtask test                    set up, build, and pass every test, the golden pictures included
 cargo xtask lint                    formatting and clippy over the whole tree
 cargo xtask shaders [--all]         compile the shaders that changed; needs shaderc
+cargo xtask textures                paint assets/textures anew; the same pixels every time
 cargo xtask contract                write the header's hash anew after a change of reef_sim.h
 cargo xtask help                    this page";
 
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Some("test") => test(rest),
         Some("lint") => lint(),
         Some("shaders") => shaders::shaders(rest),
+        Some("textures") => textures::textures(rest),
         Some("contract") => contract::bless(&root()),
         None | Some("help" | "--help" | "-h") => {
             // A reader that went away read enough.
