@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x509db2e20bf7caab)
+#define REEF_HEADER_HASH UINT64_C(0x79e2afec509f3d0b)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -182,17 +182,21 @@ typedef struct reef_point {
   uint32_t spare;
 } reef_point;
 
-/* A sprite. 48 bytes. */
+/* A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone: sprites have no
+ * identity, and a step emits those that may be seen, in any order that is the same for every run. 64 bytes. */
 #define REEF_BILLBOARD_FACING 2u /* flags: turned to the viewer; else it lies across `axis` */
 typedef struct reef_billboard {
-  float position[3];    /* [m] relative to the object's origin */
-  float size;           /* [m] diameter */
-  float axis[3];        /* unit normal of the sprite */
+  float position[3];    /* [m] at the end of the step, relative to the object's origin */
+  float size;           /* [m] diameter > 0 */
+  float axis[3];        /* unit normal of the sprite; not read with REEF_BILLBOARD_FACING */
   float opacity;        /* 0..1 */
-  uint32_t object;
-  uint32_t texture;
-  uint32_t color;       /* sRGB 0xAABBGGRR */
-  uint32_t flags;
+  float velocity[3];    /* [m/s] of this step: earlier by t the sprite is shown at position - velocity t. With
+                           REEF_FLAG_NO_BLEND it is not read, and the sprite stands at its position */
+  float roll;           /* [rad] the picture's turn about the sprite's normal */
+  uint32_t object;      /* index into the object stream */
+  uint32_t texture;     /* id from texture_create; 0: a soft round dot */
+  uint32_t color;       /* sRGB 0xAABBGGRR, multiplies the texture */
+  uint32_t flags;       /* REEF_FLAG_*, REEF_BILLBOARD_* */
 } reef_billboard;
 
 typedef struct reef_mesh_draw {
@@ -557,7 +561,7 @@ REEF_ASSERT_LAYOUT(reef_fibre_node, 16, 4);
 REEF_ASSERT_LAYOUT(reef_skinned, 64, 4);
 REEF_ASSERT_LAYOUT(reef_joint, 32, 4);
 REEF_ASSERT_LAYOUT(reef_point, 16, 4);
-REEF_ASSERT_LAYOUT(reef_billboard, 48, 4);
+REEF_ASSERT_LAYOUT(reef_billboard, 64, 4);
 REEF_ASSERT_LAYOUT(reef_mesh_draw, 48, 4);
 REEF_ASSERT_LAYOUT(reef_mesh_vertex, 32, 4);
 REEF_ASSERT_LAYOUT(reef_flow, 128, 8);

@@ -13,6 +13,8 @@ pub const FARTHEST_LOCAL: f32 = 1e5;
 /// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation (1e-7), and room
 /// for a vector that was carried along many segments.
 const UNIT_TOLERANCE: f32 = 1e-3;
+/// All flags that a sprite may have.
+const BILLBOARD_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::BILLBOARD_FACING;
 
 /// Reusable memory of the checks.
 #[derive(Debug, Default)]
@@ -110,6 +112,7 @@ impl Checker {
         each("fibre", &outputs.fibres, |f| {
             fibre(f, objects, outputs.materials.len(), outputs.fibre_nodes.len())
         })?;
+        billboards(&outputs.billboards, objects)?;
         each("flow", &outputs.flows, flow)?;
         each("actor", &outputs.actors, actor)?;
         self.unique("actor", outputs.actors.iter().map(|a| a.id))?;
@@ -211,6 +214,52 @@ fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> 
     unit("normal", fibre.normal)
 }
 
+/// Sprites are many, too.
+fn billboards(billboards: &[abi::Billboard], objects: usize) -> Result<(), String> {
+    let good = |billboard: &abi::Billboard| {
+        let near = |[x, y, z]: [f32; 3]| {
+            (x.abs() <= FARTHEST_LOCAL) & (y.abs() <= FARTHEST_LOCAL) & (z.abs() <= FARTHEST_LOCAL)
+        };
+        let [x, y, z] = billboard.axis;
+        let across = ((x * x + y * y + z * z) - 1.0).abs() <= UNIT_TOLERANCE;
+        near(billboard.position)
+            & near(billboard.velocity)
+            & (billboard.size > 0.0)
+            & (billboard.size <= FARTHEST_LOCAL)
+            & (billboard.opacity >= 0.0)
+            & (billboard.opacity <= 1.0)
+            & billboard.roll.is_finite()
+            & (across | (billboard.flags & abi::BILLBOARD_FACING != 0))
+            & ((billboard.object as usize) < objects)
+            & (billboard.texture == 0)
+            & (billboard.flags & !BILLBOARD_FLAGS == 0)
+    };
+    if billboards.iter().fold(true, |all, billboard| all & good(billboard)) {
+        return Ok(());
+    }
+    each("billboard", billboards, |billboard| {
+        for value in billboard.position {
+            within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+        }
+        for value in billboard.velocity {
+            within("velocity", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+        }
+        above("size", billboard.size, 0.0)?;
+        within("size", billboard.size, 0.0, FARTHEST_LOCAL)?;
+        within("opacity", billboard.opacity, 0.0, 1.0)?;
+        finite("roll", [billboard.roll])?;
+        index("object", billboard.object, objects, "objects")?;
+        if billboard.texture != 0 {
+            return fault("texture", format!("is {}, which this host did not hand out", billboard.texture));
+        }
+        flags(billboard.flags, BILLBOARD_FLAGS)?;
+        match billboard.flags & abi::BILLBOARD_FACING {
+            0 => unit("axis", billboard.axis),
+            _ => Ok(()),
+        }
+    })
+}
+
 fn flow(flow: &abi::Flow) -> Checked {
     world("position", flow.position)?;
     finite("strength", [flow.strength])?;
@@ -270,6 +319,10 @@ mod tests {
                 ..Default::default()
             }],
             fibre_nodes: vec![node(0.0), node(0.1), node(0.2)],
+            billboards: vec![
+                abi::Billboard { size: 0.01, flags: abi::BILLBOARD_FACING, ..Default::default() },
+                abi::Billboard { object: 1, size: 0.01, axis: [0.0, 1.0, 0.0], ..Default::default() },
+            ],
             flows: vec![abi::Flow { kind: abi::FLOW_SOURCE, peak: 1.0, ..Default::default() }],
             actors: vec![abi::Actor { id: 9, ..Default::default() }],
             debug_lines: vec![abi::DebugLine::default()],
@@ -328,6 +381,17 @@ mod tests {
             ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
             ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
             ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
+            ("billboard, element 0: position", |o| o.billboards[0].position[1] = f32::NAN),
+            ("billboard, element 1: velocity", |o| o.billboards[1].velocity[2] = f32::INFINITY),
+            ("billboard, element 0: size", |o| o.billboards[0].size = 0.0),
+            ("billboard, element 0: size", |o| o.billboards[0].size = f32::INFINITY),
+            ("billboard, element 1: opacity", |o| o.billboards[1].opacity = 1.01),
+            ("billboard, element 1: roll", |o| o.billboards[1].roll = f32::NAN),
+            ("billboard, element 1: axis", |o| o.billboards[1].axis = [0.0, 0.9, 0.0]),
+            ("billboard, element 0: axis", |o| o.billboards[0].flags = 0),
+            ("billboard, element 1: object", |o| o.billboards[1].object = 2),
+            ("billboard, element 0: texture", |o| o.billboards[0].texture = 7),
+            ("billboard, element 0: flags", |o| o.billboards[0].flags |= 4),
             ("flow, element 0: kind", |o| o.flows[0].kind = 6),
             ("flow, element 0: peak", |o| o.flows[0].peak = 0.0),
             ("flow, element 0: axis", |o| o.flows[0].kind = abi::FLOW_DIRECTIONAL),

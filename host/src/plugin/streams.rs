@@ -16,6 +16,8 @@ pub struct Outputs {
     pub fibres: Vec<abi::Fibre>,
     /// Nodes of all chains, relative to their object's origin.
     pub fibre_nodes: Vec<abi::FibreNode>,
+    /// Sprites, relative to their object's origin, in no order that means anything.
+    pub billboards: Vec<abi::Billboard>,
     /// What this instance does to the water.
     pub flows: Vec<abi::Flow>,
     /// What others may perceive.
@@ -36,6 +38,8 @@ pub mod limit {
     pub const FIBRES: u64 = 1 << 20;
     /// Nodes of all fibres.
     pub const FIBRE_NODES: u64 = 1 << 24;
+    /// Sprites.
+    pub const BILLBOARDS: u64 = 1 << 22;
     /// Flow primitives: everything in the sea pays for them.
     pub const FLOWS: u64 = 1 << 14;
     /// Actors.

@@ -33,6 +33,7 @@ impl Chain {
             list(&mut hasher, &outputs.materials);
             list(&mut hasher, &outputs.fibres);
             list(&mut hasher, &outputs.fibre_nodes);
+            list(&mut hasher, &outputs.billboards);
             list(&mut hasher, &outputs.flows);
             list(&mut hasher, &outputs.actors);
         }

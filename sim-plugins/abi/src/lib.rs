@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 1;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0x509db2e20bf7caab;
+pub const HEADER_HASH: u64 = 0x79e2afec509f3d0b;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -214,24 +214,33 @@ pub struct Point {
     pub spare: u32,
 }
 /// flags: turned to the viewer; else it lies across `axis`
-/// A sprite. 48 bytes.
 pub const BILLBOARD_FACING: u32 = 2;
 
+/// A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone: sprites have no
+/// identity, and a step emits those that may be seen, in any order that is the same for every run. 64 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Billboard {
-    /// [m] relative to the object's origin
+    /// [m] at the end of the step, relative to the object's origin
     pub position: [f32; 3],
-    /// [m] diameter
+    /// [m] diameter > 0
     pub size: f32,
-    /// unit normal of the sprite
+    /// unit normal of the sprite; not read with REEF_BILLBOARD_FACING
     pub axis: [f32; 3],
     /// 0..1
     pub opacity: f32,
+    /// [m/s] of this step: earlier by t the sprite is shown at position - velocity t. With REEF_FLAG_NO_BLEND it is not
+    /// read, and the sprite stands at its position
+    pub velocity: [f32; 3],
+    /// [rad] the picture's turn about the sprite's normal
+    pub roll: f32,
+    /// index into the object stream
     pub object: u32,
+    /// id from texture_create; 0: a soft round dot
     pub texture: u32,
-    /// sRGB 0xAABBGGRR
+    /// sRGB 0xAABBGGRR, multiplies the texture
     pub color: u32,
+    /// REEF_FLAG_*, REEF_BILLBOARD_*
     pub flags: u32,
 }
 

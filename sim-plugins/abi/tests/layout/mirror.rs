@@ -42,7 +42,7 @@ pub fn structs() -> Vec<Struct> {
         "reef_skinned" Skinned { object, mesh, material, flags, first_joint, joint_count, first_point, point_count, variation, spare }
         "reef_joint" Joint { rotation, translation, scale }
         "reef_point" Point { position, spare }
-        "reef_billboard" Billboard { position, size, axis, opacity, object, texture, color, flags }
+        "reef_billboard" Billboard { position, size, axis, opacity, velocity, roll, object, texture, color, flags }
         "reef_mesh_draw" MeshDraw { object, material, flags, first_vertex, vertex_count, first_index, index_count, spare }
         "reef_mesh_vertex" MeshVertex { position, normal, uv }
         "reef_flow" Flow { owner, kind, flags, position, axis, strength, peak, core, reach, fade, modulation, phase, wave_vector, gradient, level, spare }
