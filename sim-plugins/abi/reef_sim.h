@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x79e2afec509f3d0b)
+#define REEF_HEADER_HASH UINT64_C(0x3d35e35681609baa)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -410,15 +410,16 @@ typedef struct reef_mesh {
   const char *name;
 } reef_mesh;
 
-#define REEF_TEXTURE_RGBA8_SRGB 1u
-#define REEF_TEXTURE_RGBA8 2u
+/* A picture: red, green, blue, alpha, 8 bits each. 40 bytes. */
+#define REEF_TEXTURE_RGBA8_SRGB 1u /* red, green and blue are sRGB, as in PNG files; alpha is straight in both */
+#define REEF_TEXTURE_RGBA8 2u      /* all are linear */
 typedef struct reef_texture {
   const void *texels;   /* row after row, tightly packed */
-  uint32_t format;
-  uint32_t width;
-  uint32_t height;
+  uint32_t format;      /* REEF_TEXTURE_* */
+  uint32_t width;       /* 1..1024 */
+  uint32_t height;      /* 1..1024 */
   uint32_t spare[3];
-  const char *name;
+  const char *name;     /* [opt] for messages */
 } reef_texture;
 
 typedef struct reef_host {
@@ -443,6 +444,9 @@ typedef struct reef_host {
   /* [control] [step]; what an instance made goes with it. 0.1: REEF_UNSUPPORTED */
   int32_t (*mesh_create)(void *ctx, const reef_mesh *mesh, uint32_t *out_id);
   int32_t (*mesh_destroy)(void *ctx, uint32_t id);
+  /* A picture that elements name by its id, as long as it is there. What is made again while it is there (the same name,
+   * format, size and texels) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the
+   * order of making, and never used for anything else. What an instance made goes with it; not in open(). [control] [step] */
   int32_t (*texture_create)(void *ctx, const reef_texture *texture, uint32_t *out_id);
   int32_t (*texture_destroy)(void *ctx, uint32_t id);
 } reef_host;

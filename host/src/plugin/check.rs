@@ -4,7 +4,10 @@ use std::fmt::Display;
 
 use reef_abi as abi;
 
-use super::streams::Outputs;
+use super::{
+    streams::Outputs,
+    textures::{self, TextureList},
+};
 
 /// Farthest that anything may be from the origin of the world [m].
 pub const FARTHEST: f64 = 1e6;
@@ -107,12 +110,12 @@ impl Checker {
         let objects = outputs.objects.len();
         each("object", &outputs.objects, object)?;
         self.unique("object", outputs.objects.iter().map(|o| o.id))?;
-        each("material", &outputs.materials, material)?;
+        each("material", &outputs.materials, |m| material(m, &outputs.textures))?;
         nodes(&outputs.fibre_nodes)?;
         each("fibre", &outputs.fibres, |f| {
             fibre(f, objects, outputs.materials.len(), outputs.fibre_nodes.len())
         })?;
-        billboards(&outputs.billboards, objects)?;
+        billboards(&outputs.billboards, objects, &outputs.textures)?;
         each("flow", &outputs.flows, flow)?;
         each("actor", &outputs.actors, actor)?;
         self.unique("actor", outputs.actors.iter().map(|a| a.id))?;
@@ -152,16 +155,22 @@ fn object(object: &abi::Object) -> Checked {
     flags(object.flags, abi::FLAG_NO_BLEND)
 }
 
-fn material(material: &abi::Material) -> Checked {
+/// A texture that the instance has, or the host's own.
+fn texture(id: u32, textures: &TextureList) -> Checked {
+    if textures::known(textures, id) {
+        return Ok(());
+    }
+    fault("texture", format!("is {id}, which texture_create did not hand out, or which was destroyed"))
+}
+
+fn material(material: &abi::Material, textures: &TextureList) -> Checked {
     for (field, color) in [("base", material.base), ("tip", material.tip), ("accent", material.accent)] {
         color.into_iter().try_for_each(|value| within(field, value, 0.0, 1.0))?;
     }
     if material.pattern > abi::PATTERN_BLOTCHES {
         return fault("pattern", format!("is {}, allowed is 0 to 4", material.pattern));
     }
-    if material.texture != 0 {
-        return fault("texture", format!("is {}, which this host did not hand out", material.texture));
-    }
+    texture(material.texture, textures)?;
     at_least("pattern_scale", material.pattern_scale, 0.0)?;
     within("pattern_softness", material.pattern_softness, 0.0, 1.0)?;
     within("translucency", material.translucency, 0.0, 1.0)?;
@@ -215,8 +224,12 @@ fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> 
 }
 
 /// Sprites are many, too.
-fn billboards(billboards: &[abi::Billboard], objects: usize) -> Result<(), String> {
-    let good = |billboard: &abi::Billboard| {
+fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureList) -> Result<(), String> {
+    // Neighbours share a texture: the list is looked through only where it changes.
+    let mut last = 0;
+    let mut known =
+        |id: u32| id == last || (textures::known(textures, id) && std::mem::replace(&mut last, id) != id);
+    let mut good = |billboard: &abi::Billboard| {
         let near = |[x, y, z]: [f32; 3]| {
             (x.abs() <= FARTHEST_LOCAL) & (y.abs() <= FARTHEST_LOCAL) & (z.abs() <= FARTHEST_LOCAL)
         };
@@ -231,7 +244,7 @@ fn billboards(billboards: &[abi::Billboard], objects: usize) -> Result<(), Strin
             & billboard.roll.is_finite()
             & (across | (billboard.flags & abi::BILLBOARD_FACING != 0))
             & ((billboard.object as usize) < objects)
-            & (billboard.texture == 0)
+            & known(billboard.texture)
             & (billboard.flags & !BILLBOARD_FLAGS == 0)
     };
     if billboards.iter().fold(true, |all, billboard| all & good(billboard)) {
@@ -249,9 +262,7 @@ fn billboards(billboards: &[abi::Billboard], objects: usize) -> Result<(), Strin
         within("opacity", billboard.opacity, 0.0, 1.0)?;
         finite("roll", [billboard.roll])?;
         index("object", billboard.object, objects, "objects")?;
-        if billboard.texture != 0 {
-            return fault("texture", format!("is {}, which this host did not hand out", billboard.texture));
-        }
+        texture(billboard.texture, textures)?;
         flags(billboard.flags, BILLBOARD_FLAGS)?;
         match billboard.flags & abi::BILLBOARD_FACING {
             0 => unit("axis", billboard.axis),
@@ -327,6 +338,7 @@ mod tests {
             actors: vec![abi::Actor { id: 9, ..Default::default() }],
             debug_lines: vec![abi::DebugLine::default()],
             trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
+            textures: Arc::default(),
         }
     }
 

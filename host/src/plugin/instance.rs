@@ -90,7 +90,7 @@ impl Plugin {
             message,
         };
         let generation = generation(self)?;
-        let services = Services::new(generation, id);
+        let services = Services::of_instance(generation, id);
         let Some(create) = self.descriptor().create else {
             return Err(failed(abi::UNSUPPORTED, "it has no create".into()));
         };
@@ -238,7 +238,7 @@ impl Instance {
         let reason = || given.unwrap_or_else(|| "it gave no reason".into());
         let report = |status, message| StepReport { status, message };
         match status {
-            abi::OK => match self.recorder.finish(flags) {
+            abi::OK => match self.recorder.finish(flags, self.services.textures()) {
                 Ok(()) => report(StepStatus::Ok, None),
                 Err(message) => {
                     self.health = Health::Faulty(message.clone());

@@ -9,6 +9,7 @@ use super::{
     check, guard, marker,
     services::version_text,
     streams::{Lane, Outputs, limit, stream_name},
+    textures::TextureList,
 };
 
 const STREAMS: usize = abi::STREAM_COUNT as usize;
@@ -92,8 +93,8 @@ impl Recorder {
     }
 
     /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
-    /// On an error they stay as they were.
-    pub(crate) fn finish(&mut self, flags: u32) -> Result<(), String> {
+    /// `textures`: those that the instance has now. On an error the outputs stay as they were.
+    pub(crate) fn finish(&mut self, flags: u32, textures: TextureList) -> Result<(), String> {
         if let Some(message) = &self.refused {
             return Err(message.clone());
         }
@@ -122,6 +123,7 @@ impl Recorder {
             }
             _ => staging.materials = self.current.materials.clone(),
         }
+        staging.textures = textures;
         self.checker.check(staging)?;
         // The next staging set is one that nobody holds; with too many held ones, the oldest is left to its holders.
         let free = match self.spare.iter_mut().position(|outputs| Arc::get_mut(outputs).is_some()) {

@@ -20,10 +20,14 @@ use super::{
     marker::{self, Place},
     pool::{self, Pool},
     scratch::{LIMIT, Scratch},
+    textures::{TextureList, Textures, Wanted},
 };
 
 /// Longest message that is kept [bytes].
 const LONGEST_TEXT: u64 = 1 << 14;
+
+/// Most bytes of a texture's name that are read.
+const LONGEST_NAME: usize = 1 << 10;
 
 /// Most lines that one instance may write to the log: one that writes in every step must not drown the others.
 const MOST_LINES: u64 = 1000;
@@ -48,6 +52,8 @@ pub(crate) struct Services {
     field: RwLock<SteppedField>,
     /// One a worker.
     packed: Vec<Mutex<Packed>>,
+    /// None: a library's `open`, which owns nothing.
+    textures: Option<Mutex<Textures>>,
 }
 
 #[derive(Debug, Default)]
@@ -62,8 +68,17 @@ unsafe impl Send for Services {}
 unsafe impl Sync for Services {}
 
 impl Services {
-    /// Services for the plugin with this name.
-    pub(crate) fn new(generation: &Generation, plugin: &str) -> Box<Self> {
+    /// Services for the `open` of a library with this name.
+    pub(crate) fn new(generation: &Generation, library: &str) -> Box<Self> {
+        Self::with(generation, library, None)
+    }
+
+    /// Services for an instance of the plugin with this name.
+    pub(crate) fn of_instance(generation: &Generation, plugin: &str) -> Box<Self> {
+        Self::with(generation, plugin, Some(Mutex::default()))
+    }
+
+    fn with(generation: &Generation, plugin: &str, textures: Option<Mutex<Textures>>) -> Box<Self> {
         let workers = generation.workers();
         let mut services = Box::new(Self {
             table: abi::Host {
@@ -95,6 +110,7 @@ impl Services {
             simd_level: AtomicU32::new(0),
             field: RwLock::default(),
             packed: (0..workers).map(|_| Mutex::default()).collect(),
+            textures,
         });
         services.table.ctx = (&raw const *services).cast_mut().cast();
         services
@@ -131,6 +147,12 @@ impl Services {
         self.in_step.store(false, Ordering::Release);
         self.flow_count.store(0, Ordering::Relaxed);
         self.flow.store(std::ptr::null_mut(), Ordering::Relaxed);
+    }
+
+    /// The textures that there are now.
+    pub(crate) fn textures(&self) -> TextureList {
+        let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
+        textures.map_or_else(TextureList::default, |own| own.list().clone())
     }
 
     fn fail(&self, status: i32, message: String) -> i32 {
@@ -370,12 +392,81 @@ unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, _: u32) -> i32 {
     unsafe { unsupported(ctx, "mesh_destroy") }
 }
 
-unsafe extern "C" fn texture_create(ctx: *mut c_void, _: *const abi::Texture, _: *mut u32) -> i32 {
+/// Looks at a texture that a plugin wants, touches all that it points to, and takes it over.
+unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
-    unsafe { unsupported(ctx, "texture_create") }
+    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let refuse = |status: i32, reason: &str| services.fail(status, format!("texture_create: {reason}"));
+    if texture.is_null() || !texture.is_aligned() || out.is_null() || !out.is_aligned() {
+        return refuse(abi::BAD_INPUT, "the texture or its id's place is NULL or misaligned");
+    }
+    let Some(textures) = &services.textures else {
+        return refuse(abi::BAD_INPUT, "a texture belongs to an instance: not in open()");
+    };
+    if !services.on_a_thread_of_ours() || marker::current_job().is_some() {
+        return refuse(abi::BAD_INPUT, "only on the control thread, and not in a job");
+    }
+    guard::require_stack();
+    // SAFETY: checked above; it lives during the call.
+    let texture = unsafe { *texture };
+    // SAFETY: a plugin's word; if it lied, the guard around its call takes the fault.
+    let name = unsafe { short_name(texture.name) };
+    let wanted = Wanted { name: &name, format: texture.format, width: texture.width, height: texture.height };
+    let bytes = match wanted.bytes() {
+        Ok(bytes) => bytes,
+        Err(reason) => return refuse(abi::BAD_INPUT, &reason),
+    };
+    let texels = texture.texels.cast::<u8>();
+    if texels.is_null() {
+        return refuse(abi::BAD_INPUT, &format!("`{name}`: its texels are NULL"));
+    }
+    guard::probe_read(texels, bytes);
+    guard::probe_write(out.cast(), size_of::<u32>());
+    marker::in_service(services.fate.generation(), || {
+        let mut textures = textures.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: as many bytes as the texture's size says, which were just touched.
+        let made = textures.add(wanted, unsafe { slice::from_raw_parts(texels, bytes) });
+        let id = match made {
+            Ok(id) => id,
+            Err(reason) => return refuse(abi::NO_SPACE, &reason),
+        };
+        // SAFETY: checked and touched above.
+        unsafe { out.write(id) };
+        abi::OK
+    })
 }
 
-unsafe extern "C" fn texture_destroy(ctx: *mut c_void, _: u32) -> i32 {
+unsafe extern "C" fn texture_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
-    unsafe { unsupported(ctx, "texture_destroy") }
+    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(textures) = services.textures.as_ref().filter(|_| {
+        // As for texture_create.
+        services.on_a_thread_of_ours() && marker::current_job().is_none()
+    }) else {
+        let reason = "texture_destroy: only for an instance, on the control thread, and not in a job";
+        return services.fail(abi::BAD_INPUT, reason.into());
+    };
+    guard::require_stack();
+    marker::in_service(services.fate.generation(), || {
+        match textures.lock().unwrap_or_else(PoisonError::into_inner).remove(id) {
+            Ok(()) => abi::OK,
+            Err(reason) => services.fail(abi::BAD_INPUT, format!("texture_destroy: {reason}")),
+        }
+    })
+}
+
+/// A plugin's name for something, cut where it is endless; empty for NULL.
+///
+/// # Safety
+/// The pointer is NULL or leads to a text that ends with NUL.
+unsafe fn short_name(pointer: *const c_char) -> String {
+    let mut bytes = Vec::new();
+    while !pointer.is_null() && bytes.len() < LONGEST_NAME {
+        // SAFETY: the caller's promise: no NUL came before.
+        match unsafe { pointer.add(bytes.len()).read() } {
+            0 => break,
+            byte => bytes.push(byte as u8),
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
 }

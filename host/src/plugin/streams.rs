@@ -4,6 +4,8 @@ use std::{collections::TryReserveError, ffi::c_void, sync::Arc};
 
 use reef_abi as abi;
 
+use super::textures::TextureList;
+
 /// The committed outputs of one instance in one step. Indices in the elements (object, material, first_node …) refer to
 /// the vectors beside them and have been checked to lie inside them.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +20,8 @@ pub struct Outputs {
     pub fibre_nodes: Vec<abi::FibreNode>,
     /// Sprites, relative to their object's origin, in no order that means anything.
     pub billboards: Vec<abi::Billboard>,
+    /// What the instance had made with `texture_create` at the end of the step.
+    pub textures: TextureList,
     /// What this instance does to the water.
     pub flows: Vec<abi::Flow>,
     /// What others may perceive.

@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 1;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0x79e2afec509f3d0b;
+pub const HEADER_HASH: u64 = 0x3d35e35681609baa;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -568,18 +568,25 @@ pub struct Mesh {
     pub spare: [u32; 5],
     pub name: *const c_char,
 }
+/// red, green and blue are sRGB, as in PNG files; alpha is straight in both
 pub const TEXTURE_RGBA8_SRGB: u32 = 1;
+/// all are linear
 pub const TEXTURE_RGBA8: u32 = 2;
 
+/// A picture: red, green, blue, alpha, 8 bits each. 40 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Texture {
     /// row after row, tightly packed
     pub texels: *const c_void,
+    /// REEF_TEXTURE_*
     pub format: u32,
+    /// 1..1024
     pub width: u32,
+    /// 1..1024
     pub height: u32,
     pub spare: [u32; 3],
+    /// for messages
     pub name: *const c_char,
 }
 
@@ -613,6 +620,9 @@ pub struct Host {
     pub mesh_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, mesh: *const Mesh, out_id: *mut u32) -> i32>,
     pub mesh_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
+    /// A picture that elements name by its id, as long as it is there. What is made again while it is there (the same name,
+    /// format, size and texels) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the
+    /// order of making, and never used for anything else. What an instance made goes with it; not in open(). [control] [step]
     pub texture_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, texture: *const Texture, out_id: *mut u32) -> i32>,
     pub texture_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,

@@ -88,6 +88,51 @@ impl std::fmt::Display for ConfigError {
 
 impl std::error::Error for ConfigError {}
 
+/// Why there is no texture.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum TextureError {
+    /// Bytes and size do not go together.
+    #[error("texture `{name}`: {bytes} bytes are not {width} x {height} texels of four")]
+    Size {
+        /// The texture.
+        name: String,
+        /// Texels along a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// What was given.
+        bytes: usize,
+    },
+    /// The host did not take it; its message says why.
+    #[error("the host refused the texture `{name}`")]
+    Refused {
+        /// The texture.
+        name: String,
+    },
+}
+
+impl TextureError {
+    /// What the plugin has to say; nothing where the host has said it already.
+    fn own_words(&self) -> String {
+        match self {
+            Self::Size { .. } => self.to_string(),
+            Self::Refused { .. } => String::new(),
+        }
+    }
+}
+
+impl From<TextureError> for ConfigError {
+    fn from(error: TextureError) -> Self {
+        Self::new("", error.own_words())
+    }
+}
+
+impl From<TextureError> for StepError {
+    fn from(error: TextureError) -> Self {
+        Self::NoSpace(error.own_words())
+    }
+}
+
 /// Why saved bytes are not taken over.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum StateError {

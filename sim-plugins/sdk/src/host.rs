@@ -1,8 +1,10 @@
 //! The host's services that may be called anywhere, and the growable structs of the contract.
 
-use std::ffi::c_char;
+use std::ffi::{CString, c_char};
 
 use reef_abi as abi;
+
+use crate::error::TextureError;
 
 /// A struct of the contract that begins with `size: u32` and may be longer or shorter on the other side.
 ///
@@ -60,7 +62,17 @@ pub enum Level {
     Debug = abi::LOG_DEBUG,
 }
 
-/// The host's services that may be called from anywhere: log, watchdog. It may be kept as long as the instance lives.
+/// How the bytes of a texture are meant: red, green, blue, alpha, each 8 bits; alpha is straight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum TextureFormat {
+    /// Red, green and blue are sRGB, as in PNG files.
+    Srgb = abi::TEXTURE_RGBA8_SRGB,
+    /// Red, green and blue are linear.
+    Linear = abi::TEXTURE_RGBA8,
+}
+
+/// The host's services that belong to no step: log, watchdog, textures. It may be kept as long as the instance lives.
 #[derive(Clone, Copy, Debug)]
 pub struct Host {
     raw: abi::Host,
@@ -109,8 +121,66 @@ impl Host {
         self.raw.should_stop.is_some_and(|ask| unsafe { ask(self.raw.ctx) } != 0)
     }
 
+    /// Makes a texture of `width * height` texels of four bytes each, row after row. In `create` and in a step, not in its jobs.
+    ///
+    /// `Err`: sizes and their number have limits. Turned into the error of a create or a step, it leaves the word to the host,
+    /// which says them.
+    pub fn texture(
+        &self,
+        name: &str,
+        format: TextureFormat,
+        [width, height]: [u32; 2],
+        texels: &[u8],
+    ) -> Result<Texture, TextureError> {
+        if texels.len() as u64 != u64::from(width) * u64::from(height) * 4 {
+            return Err(TextureError::Size { name: name.to_owned(), width, height, bytes: texels.len() });
+        }
+        let refused = || TextureError::Refused { name: name.to_owned() };
+        let create = self.raw.texture_create.ok_or_else(refused)?;
+        // A NUL would end the name early: it is left out.
+        let c_name = CString::new(name.replace('\0', "")).unwrap_or_default();
+        let texture = abi::Texture {
+            texels: texels.as_ptr().cast(),
+            format: format as u32,
+            width,
+            height,
+            spare: [0; 3],
+            name: c_name.as_ptr(),
+        };
+        let mut id = 0;
+        // SAFETY: the texture's pointers lead to living memory of the size that it says; the host copies what it keeps.
+        match unsafe { create(self.raw.ctx, &texture, &mut id) } {
+            abi::OK => Ok(Texture { host: *self, id }),
+            _ => Err(refused()),
+        }
+    }
+
     /// How many workers share the jobs.
     pub fn worker_count(&self) -> usize {
         (self.raw.worker_count as usize).max(1)
+    }
+}
+
+/// A texture that the host keeps for this instance. Dropped, it is gone: nothing that is emitted from then on may name it.
+#[derive(Debug)]
+pub struct Texture {
+    host: Host,
+    id: u32,
+}
+
+impl Texture {
+    /// What billboards and materials name it by.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+}
+
+impl Drop for Texture {
+    fn drop(&mut self) {
+        if let Some(destroy) = self.host.raw.texture_destroy {
+            // SAFETY: a service with a number; like the instance that holds this value, it ends before the host's table does.
+            // A refusal leaves a texture that nothing names.
+            let _ = unsafe { destroy(self.host.raw.ctx, self.id) };
+        }
     }
 }

@@ -85,8 +85,8 @@ mod workers;
 
 pub use config::SceneInfo;
 pub use entry::entry;
-pub use error::{ConfigError, Reset, StateError, Status, StepError};
-pub use host::{Host, Level};
+pub use error::{ConfigError, Reset, StateError, Status, StepError, TextureError};
+pub use host::{Host, Level, Texture, TextureFormat};
 pub use param::{Param, ParamKind, Params};
 pub use state::{Scalar, StateReader, StateWriter};
 pub use step::{Element, Heightfield, Output, StepInput};
@@ -103,7 +103,7 @@ pub mod prelude {
     pub use crate::{
         Chunks, ConfigError, Element, Heightfield, Host, Level, Output, Param, ParamKind, Params, Parts,
         Plugin, Reset, SceneInfo, Split, StateError, StateReader, StateWriter, Status, StepError, StepInput,
-        Workers, abi,
+        Texture, TextureError, TextureFormat, Workers, abi,
     };
 }
 

@@ -116,8 +116,24 @@ fn commit(output: &abi::Output, stream: u32, count: u64) -> i32 {
     unsafe { output.commit.unwrap()(output.ctx, stream, count) }
 }
 
+/// One texel.
+const SPECK: abi::Texture = abi::Texture {
+    texels: (&raw const TEXEL).cast(),
+    format: abi::TEXTURE_RGBA8,
+    width: 1,
+    height: 1,
+    spare: [0; 3],
+    name: c"speck".as_ptr(),
+};
+static TEXEL: [u8; 4] = [0; 4];
+
+fn texture(host: &abi::Host, texture: &abi::Texture) -> i32 {
+    // SAFETY: the host checks its arguments.
+    unsafe { host.texture_create.unwrap()(host.ctx, texture, &mut 0) }
+}
+
 /// Each breaks a rule, ignores the status, and returns REEF_OK; the step's message contains the text.
-const STEPS: [(&str, Step); 14] = [
+const STEPS: [(&str, Step); 21] = [
     ("stream fibre node: elements of 12 bytes; they have 16", |_, output| {
         assert_eq!(reserve(output, abi::STREAM_FIBRE_NODE, 12, 3), abi::BAD_INPUT);
         abi::OK
@@ -165,6 +181,45 @@ const STEPS: [(&str, Step); 14] = [
         let mut id = 0;
         // SAFETY: the host checks its arguments.
         unsafe { host.mesh_create.unwrap()(host.ctx, ptr::null(), &mut id) }
+    }),
+    ("texture_create: the texture or its id's place is NULL", |host, _| {
+        // SAFETY: the host checks its arguments.
+        unsafe { host.texture_create.unwrap()(host.ctx, ptr::null(), &mut 0) }
+    }),
+    ("texture_create: `speck`: its texels are NULL", |host, _| {
+        texture(host, &abi::Texture { texels: ptr::null(), ..SPECK })
+    }),
+    ("texture_create: `speck`: 1025 x 1 texels, allowed is 1 to 1024", |host, _| {
+        texture(host, &abi::Texture { width: 1025, ..SPECK })
+    }),
+    ("texture_create: ``: the format is 0", |host, _| {
+        texture(host, &abi::Texture { format: 0, name: ptr::null(), ..SPECK })
+    }),
+    ("texture_create: `speck`: the instance has 64 textures, which is the limit", |host, _| {
+        for i in 0..64_u8 {
+            let texels = [i; 4];
+            assert_eq!(texture(host, &abi::Texture { texels: texels.as_ptr().cast(), ..SPECK }), abi::OK);
+        }
+        assert_eq!(texture(host, &SPECK), abi::OK, "the first again needs no room");
+        texture(host, &abi::Texture { texels: [99_u8; 4].as_ptr().cast(), ..SPECK })
+    }),
+    ("texture_destroy: the instance has no texture 5", |host, _| {
+        // SAFETY: the host checks its arguments.
+        unsafe { host.texture_destroy.unwrap()(host.ctx, 5) }
+    }),
+    ("stream billboard, element 0: texture is 1, which texture_create did not hand out", |_, output| {
+        let mut out = ptr::null_mut();
+        reserve(output, abi::STREAM_OBJECT, 64, 1);
+        // SAFETY: as much room as was asked for.
+        unsafe {
+            output.reserve.unwrap()(output.ctx, abi::STREAM_OBJECT, 64, 1, &mut out);
+            out.cast::<abi::Object>().write(abi::Object { id: 1, ..abi::Object::default() });
+            output.reserve.unwrap()(output.ctx, abi::STREAM_BILLBOARD, 64, 1, &mut out);
+            let sprite = abi::Billboard { size: 1.0, texture: 1, ..abi::Billboard::default() };
+            out.cast::<abi::Billboard>().write(abi::Billboard { axis: [0.0, 1.0, 0.0], ..sprite });
+        }
+        commit(output, abi::STREAM_OBJECT, 1);
+        commit(output, abi::STREAM_BILLBOARD, 1)
     }),
     ("scratch: 9 bytes aligned to 3", |host, _| {
         let mut out = ptr::null_mut();
