@@ -15,9 +15,9 @@ float caustic_gain(vec3 p, float depth, float footprint) {
         vec4 w = view.wave[i];
         // A wave focuses near 4 / (A k^2); beyond twice that it only blurs.
         float fade = clamp(2.0 - depth * w.z * 0.25, 0.0, 1.0);
-        // Each train is bent a little by the one before, so that the pattern does not repeat.
+        // Each of the breeze's trains is bent a little by the one before, so that the pattern does not repeat.
         float s = sin(dot(w.xy, x) + w.w + bend);
-        bend = 0.9 * s + 0.35 * bend;
+        bend = float(i) >= view.sun_color.w ? 0.9 * s + 0.35 * bend : 0.0;
         vec2 n = w.xy * inversesqrt(max(dot(w.xy, w.xy), 1e-8));
         float a = -w.z * fade * s;
         h += a * vec3(n.x * n.x, n.y * n.y, n.x * n.y);

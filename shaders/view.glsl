@@ -4,6 +4,7 @@
 // anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
 
 #define WAVES 8
+#define SURFACE_WAVES 8
 
 /// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that what is
 /// switched off while it draws would cost as much as what is on.
@@ -17,7 +18,7 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 viewport;         // width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m]
     vec4 eye;              // world position of the eye [m]; w: wave number of the sand ripples [rad/m]
     vec4 sun;              // unit vector toward the refracted sun; w: strength of caustics 0..1
-    vec4 sun_color;        // just below the surface; w: number of caustic waves
+    vec4 sun_color;        // just below the surface; w: how many of the caustic waves, the first, are the scene's own
     vec4 ambient;          // just below the surface; w: time [s]
     vec4 beam;             // c [1/m]; w: 1 plain background, 0 sea
     vec4 downwelling;      // Kd [1/m]; w: 1 high quality, 0 low
@@ -28,6 +29,8 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 contact_origin;   // x, z of the contact map's first texel relative to the eye [m]; direction of the surge
     vec4 caustic_mean;     // mean gain of the unclamped formula at 1, 2, 4, 8 m below the surface
     vec4 wave[WAVES];      // wave vector x, z [rad/m]; A k^2 [1/m]; phase at the eye [rad]
+    vec4 surface[SURFACE_WAVES]; // wave vector x, z [rad/m]; amplitude [m]; phase at the eye [rad]
+    vec4 bed;              // mean depth of the bed below the surface [m]
 } view;
 
 vec3 sea_light_at(float depth) {

@@ -50,6 +50,8 @@ pub struct Optional {
     pub vertex_stores: bool,
     /// `gl_BaseInstance` and `gl_DrawID` in shaders.
     pub draw_parameters: bool,
+    /// Points of more than one pixel.
+    pub large_points: bool,
     /// Lines as polygons' edges.
     pub wireframe: bool,
 }
@@ -145,6 +147,7 @@ fn inspect(
             fragment_stores: f10.fragment_stores_and_atomics == vk::TRUE,
             vertex_stores: f10.vertex_pipeline_stores_and_atomics == vk::TRUE,
             draw_parameters: f11.shader_draw_parameters == vk::TRUE,
+            large_points: f10.large_points == vk::TRUE,
             wireframe: f10.fill_mode_non_solid == vk::TRUE,
         };
     }
@@ -272,6 +275,7 @@ pub(crate) fn create(instance: &Instance, info: &DeviceInfo, with_swapchain: boo
         .sampler_anisotropy(o.anisotropy)
         .fragment_stores_and_atomics(o.fragment_stores)
         .vertex_pipeline_stores_and_atomics(o.vertex_stores)
+        .large_points(o.large_points)
         .fill_mode_non_solid(o.wireframe);
     let mut f11 = vk::PhysicalDeviceVulkan11Features::default().shader_draw_parameters(o.draw_parameters);
     let mut f12 = vk::PhysicalDeviceVulkan12Features::default()

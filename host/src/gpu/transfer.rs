@@ -132,6 +132,56 @@ impl Gpu {
         Ok(())
     }
 
+    /// Fills all levels and layers of an image: the largest level's layers one after the other, then the next level's; rows
+    /// packed, in the image's format. Leaves it ready to be sampled. Needs TRANSFER_DST.
+    pub fn write_levels(&self, image: &Image, pixels: &[u8]) -> Result<()> {
+        let (layers, texel) = (u64::from(image.layers()), pixel_bytes(image)?);
+        let mut regions = Vec::new();
+        let mut at = 0;
+        for level in 0..image.mips() {
+            let [_, end] = level_area(image, level);
+            let (width, height) = (end.x.unsigned_abs(), end.y.unsigned_abs());
+            regions.push(
+                vk::BufferImageCopy::default()
+                    .buffer_offset(at)
+                    .image_subresource(vk::ImageSubresourceLayers {
+                        mip_level: level,
+                        layer_count: image.layers(),
+                        ..first_level(image)
+                    })
+                    .image_extent(vk::Extent3D { width, height, depth: 1 }),
+            );
+            at += u64::from(width) * u64::from(height) * layers * texel;
+        }
+        if pixels.len() as u64 != at {
+            return Err(GpuError::Resource {
+                name: image.name().to_owned(),
+                reason: format!("{} bytes are not the {at} of its levels and layers", pixels.len()),
+            });
+        }
+        let staging = self.staging(pixels)?;
+        let device = &self.shared.device;
+        let ready = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        run_once(&self.shared, |commands| {
+            use vk::ImageLayout as L;
+            let all = 0..image.mips();
+            move_levels(device, commands, image, all.clone(), L::UNDEFINED, L::TRANSFER_DST_OPTIMAL);
+            // SAFETY: the command buffer is being recorded; staging buffer and image live until the function returns.
+            unsafe {
+                device.cmd_copy_buffer_to_image(
+                    commands,
+                    staging.raw(),
+                    image.raw(),
+                    L::TRANSFER_DST_OPTIMAL,
+                    &regions,
+                );
+            }
+            move_levels(device, commands, image, all, L::TRANSFER_DST_OPTIMAL, ready);
+        })?;
+        *image.state() = State::settled(ready);
+        Ok(())
+    }
+
     fn staging(&self, bytes: &[u8]) -> Result<Buffer> {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC;
         let staging = Buffer::new(

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 use reef_abi as abi;
 
 use super::{
-    Settings, Shot,
+    Quality, Settings, Shot,
     fibres::VERTEX_WORDS,
     gather, lod, sample,
     twin::{self, Skinned},
@@ -15,12 +15,15 @@ use crate::{
     gpu::{Gpu, GpuOptions, Picture, Validation},
     headless::{pictures::write_png, studio::Studio},
     plugin::streams::Outputs,
-    world::frame::{CameraPose, Frame},
+    world::{
+        environment::Environment,
+        frame::{CameraPose, Frame},
+    },
 };
 
-const SIZE: (u32, u32) = (640, 360);
+pub(super) const SIZE: (u32, u32) = (640, 360);
 
-fn open() -> Option<Gpu> {
+pub(super) fn open() -> Option<Gpu> {
     match Gpu::open(&GpuOptions { validation: Validation::Off, ..GpuOptions::default() }) {
         Ok(gpu) => {
             newest_shaders(&gpu);
@@ -44,7 +47,7 @@ fn newest_shaders(gpu: &Gpu) {
     }
 }
 
-fn keep(name: &str, picture: &Picture) {
+pub(super) fn keep(name: &str, picture: &Picture) {
     if let Ok(folder) = std::env::var("REEF_TEST_PICTURES") {
         write_png(&std::path::Path::new(&folder).join(format!("{name}.png")), picture).expect("written");
     }
@@ -229,6 +232,78 @@ fn a_diagram_has_its_background_and_its_lines_are_wide_enough_to_be_read() {
         assert!((2..=4).contains(&rows.len()), "rows {rows:?}");
         assert!(rows.iter().all(|y| y.abs_diff(SIZE.1 / 2) <= 3), "the other channel is hidden: {rows:?}");
     }
+    drop(studio);
+    gpu.close();
+}
+
+/// Linear light of a pixel's channel.
+fn decoded(v: u8) -> f32 {
+    let v = f32::from(v) / 255.0;
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+#[test]
+fn the_sky_is_seen_through_a_window_as_wide_as_snells_law_says() {
+    let Some(gpu) = open() else { return };
+    let environment = Environment { terrain: None, ..sample::environment() };
+    // Straight up from 3 m below, 137 degrees wide.
+    let up = sample::looking_at(DVec3::new(0.0, -3.0, 0.0), DVec3::new(0.0, 0.0, 0.001));
+    let camera = CameraPose { fov_y: 2.4, ..up };
+    let frame = sample::frame(1, camera, Outputs::default());
+    let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+    let mut studio = Studio::new(&gpu, (400, 400)).expect("a studio");
+    for quality in [Quality::Low, Quality::High] {
+        let picture = studio.shoot(&shot, &Settings { quality, ..Settings::default() }).expect("a picture");
+        keep(&format!("window-{quality:?}"), &picture);
+        // Mean red (which the water takes first) in rings of two degrees around the vertical.
+        let mut rings = [(0.0_f32, 0.0_f32); 34];
+        for (i, pixel) in picture.rgba.chunks_exact(4).enumerate() {
+            let place = |n: usize| (n as f32 + 0.5 - 200.0) / 200.0 * 1.2_f32.tan();
+            let angle = place(i % 400).hypot(place(i / 400)).atan().to_degrees();
+            if let Some(ring) = rings.get_mut((angle / 2.0) as usize) {
+                // What the way through the water took is given back.
+                let distance = 3.0 / angle.to_radians().cos();
+                *ring = (ring.0 + decoded(pixel[0]) * (0.2 * distance).exp(), ring.1 + 1.0);
+            }
+        }
+        let mean = |ring: usize| rings[ring].0 / rings[ring].1;
+        let inside = (14..20).map(mean).sum::<f32>() / 6.0;
+        let outside = (29..34).map(mean).sum::<f32>() / 5.0;
+        assert!(inside > 2.0 * outside, "{quality:?}: {inside} and {outside}");
+        let half = 0.5 * (inside + outside);
+        let rim = (14..34).find(|ring| mean(*ring) < half).map_or(90.0, |ring| ring as f32 * 2.0);
+        // 48.75 degrees, ragged by waves whose slopes are some six degrees, and Fresnel's loss just inside.
+        assert!((rim - 48.75).abs() < 5.0, "{quality:?}: the rim is at {rim} degrees");
+    }
+    drop(studio);
+    gpu.close();
+}
+
+#[test]
+fn shafts_add_a_little_light_to_the_water_and_none_behind_what_is_near() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let camera = sample::looking_at(DVec3::new(0.0, -3.3, 4.0), DVec3::new(0.0, -2.6, 0.0));
+    let frame = sample::frame(1, camera, sample::garden(&environment, 0.0));
+    let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let mut shoot =
+        |shafts: bool| studio.shoot(&shot, &Settings { shafts, ..Settings::default() }).expect("a picture");
+    let (with, without) = (shoot(true), shoot(false));
+    keep("shafts", &with);
+    let mut lit = 0;
+    for (a, b) in with.rgba.iter().zip(&without.rgba) {
+        let more = decoded(*a) - decoded(*b);
+        // Several may stand behind each other, each .06 at most; half a step of 8 bits either way.
+        assert!((-0.01..0.2).contains(&more), "{more}");
+        lit += u32::from(more > 0.01);
+    }
+    let share = lit as f32 / (SIZE.0 * SIZE.1 * 4) as f32;
+    assert!((0.02..0.6).contains(&share), "{share} of the picture is lit");
+    let low = Settings { quality: Quality::Low, ..Settings::default() };
+    let [one, other] =
+        [true, false].map(|shafts| studio.shoot(&shot, &Settings { shafts, ..low }).expect("a picture"));
+    assert!(one == other, "low quality has none");
     drop(studio);
     gpu.close();
 }

@@ -4,24 +4,32 @@
 //! 2. `terrain`, 3. `rocks`: what stands still;
 //! 4. `sky`: the background, where nothing was drawn;
 //! 5. `fibres` (draw): over the background, because their thin tips let it through;
-//! 6. `lines`: forces and moments, when asked for;
-//! 7. `tone`: tone curve and dither into the target.
+//! 6. `shafts`: sunlight in the water, at high quality;
+//! 7. `billboards`: what floats in the water, from far to near;
+//! 8. `lines`: forces and moments, when asked for;
+//! 9. `tone`: tone curve and dither into the target.
 //!
 //! Fog is part of every material's shader (`shaders/water.glsl`), so that thin things fade into fogged water.
 
+#[cfg(test)]
+mod billboard_tests;
+pub mod billboards;
 pub mod boulder;
 pub mod contact;
 #[cfg(test)]
 mod device_tests;
 pub mod fibres;
 pub mod gather;
+pub mod layers;
 mod lines;
 pub mod lod;
 pub mod noise;
 mod quality;
 mod rocks;
 pub mod sample;
+mod shafts;
 mod sky;
+pub mod sprites;
 mod targets;
 mod terrain;
 pub mod tiles;
@@ -43,11 +51,12 @@ use crate::{
         frame::{CameraPose, Frame},
     },
 };
+use billboards::Billboards;
 use fibres::Fibres;
 use lod::Thresholds;
 pub use quality::Quality;
 use view::{Lens, View};
-use water::Caustics;
+use water::{Caustics, Surface};
 
 /// What a picture shows and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +71,8 @@ pub struct Settings {
     pub line_width: f32,
     /// Brightness of the picture; 1 is the scene's own.
     pub exposure: f32,
+    /// Shafts of sunlight, where the quality has them.
+    pub shafts: bool,
     /// Samples along each side of a pixel, 1 to 4: 2 makes smooth edges for four times the work.
     pub samples: u32,
 }
@@ -74,6 +85,7 @@ impl Default for Settings {
             debug_channels: u32::MAX,
             line_width: 2.5,
             exposure: 1.0,
+            shafts: true,
             samples: 1,
         }
     }
@@ -108,6 +120,8 @@ pub struct Renderer {
     terrain: terrain::Terrain,
     rocks: rocks::Rocks,
     sky: sky::Sky,
+    shafts: shafts::Shafts,
+    billboards: Billboards,
     lines: lines::Lines,
     tone: tone::Tone,
     textures: terrain::GroundTextures,
@@ -115,7 +129,7 @@ pub struct Renderer {
     /// The bed and the waves that the passes were made ready for.
     bed: Option<Arc<Terrain>>,
     waves: Option<Vec<abi::Wave>>,
-    caustics: Option<Caustics>,
+    water: Option<(Surface, Caustics)>,
 }
 
 impl Renderer {
@@ -127,13 +141,15 @@ impl Renderer {
             terrain: terrain::Terrain::new(gpu)?,
             rocks: rocks::Rocks::new(gpu)?,
             sky: sky::Sky::new(gpu),
+            shafts: shafts::Shafts::new(gpu)?,
+            billboards: Billboards::new(gpu)?,
             lines: lines::Lines::new(gpu),
             tone: tone::Tone::new(gpu)?,
             textures: terrain::GroundTextures::new(gpu)?,
             targets: None,
             bed: None,
             waves: None,
-            caustics: None,
+            water: None,
         })
     }
 
@@ -143,6 +159,10 @@ impl Renderer {
         self.terrain.prepare(quality)?;
         self.rocks.prepare(quality)?;
         self.sky.prepare(quality)?;
+        if quality == Quality::High {
+            self.shafts.prepare()?;
+        }
+        self.billboards.prepare(quality)?;
         self.lines.prepare()
     }
 
@@ -186,6 +206,12 @@ impl Renderer {
         self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &targets)?;
+        if settings.shafts && quality == Quality::High {
+            self.shafts.draw(frame, view, environment, &lens, &targets)?;
+        }
+        let dt = (shot.current.time - shot.previous.time) as f32;
+        let back = dt * (1.0 - shot.alpha.clamp(0.0, 1.0));
+        self.billboards.draw(frame, view, (shot.current, back), (&lens, samples, quality), &targets)?;
         let width = settings.line_width * samples as f32;
         self.lines.draw(frame, view, &gathered.lines, width, &targets)?;
         let diagram = environment.plain_background.is_some();
@@ -198,6 +224,11 @@ impl Renderer {
     /// The fibre passes, for tests and benches.
     pub fn fibres(&self) -> &Fibres {
         &self.fibres
+    }
+
+    /// The pass of what floats, for tests and benches.
+    pub fn billboards(&self) -> &Billboards {
+        &self.billboards
     }
 
     /// Makes the passes ready for this scene, if it is not the one before.
@@ -214,15 +245,16 @@ impl Renderer {
             self.bed = environment.terrain.clone();
         }
         if self.waves.as_ref() != Some(&environment.waves) {
-            self.caustics = Some(Caustics::new(environment));
+            self.water = Some((Surface::new(environment), Caustics::new(environment)));
             self.waves = Some(environment.waves.clone());
         }
         Ok(())
     }
 
     fn view(&self, environment: &Environment, lens: &Lens, time: f64, settings: &Settings) -> View {
-        let Some(caustics) = &self.caustics else { return View::zeroed() };
-        let mut view = view::view(lens, environment, caustics, time, settings.quality == Quality::High);
+        let Some((surface, caustics)) = &self.water else { return View::zeroed() };
+        let mut view =
+            view::view(lens, environment, (surface, caustics), time, settings.quality == Quality::High);
         self.terrain.describe(&mut view, lens);
         self.textures.describe(&mut view, lens);
         view

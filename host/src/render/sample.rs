@@ -326,6 +326,34 @@ pub fn garden(environment: &Environment, sway: f32) -> Outputs {
     outputs
 }
 
+/// Specks that hang in a box (two corners [m]), of 0.3 to 1 times a size [m], all turned to the viewer; the same for the same
+/// count.
+pub fn snow(count: usize, corners: [DVec3; 2], size: f32) -> Outputs {
+    let [low, high] = corners;
+    let mut outputs = Outputs::default();
+    let middle = (low + high) * 0.5;
+    outputs.objects.push(abi::Object { id: 1, origin: middle.to_array(), ..abi::Object::default() });
+    let half = ((high - low) * 0.5).as_vec3();
+    // The plastic number's sequence fills a box evenly.
+    let unit = |i: usize, step: f64| ((i as f64 + 0.5) * step).fract() as f32;
+    outputs.billboards = (0..count)
+        .map(|i| {
+            let at = Vec3::new(unit(i, 0.819_172_513), unit(i, 0.671_043_607), unit(i, 0.549_700_478));
+            abi::Billboard {
+                position: ((at * 2.0 - 1.0) * half).to_array(),
+                size: size * (0.3 + 0.7 * unit(i, 0.380_277)),
+                opacity: 0.6,
+                velocity: [0.02, -0.01, 0.0],
+                roll: unit(i, 0.618_034) * std::f32::consts::TAU,
+                color: 0xffc8_d8e0,
+                flags: abi::BILLBOARD_FACING,
+                ..abi::Billboard::default()
+            }
+        })
+        .collect();
+    outputs
+}
+
 /// A frame that holds one instance's outputs.
 pub fn frame(step: u64, camera: CameraPose, outputs: Outputs) -> Frame {
     Frame {

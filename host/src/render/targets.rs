@@ -22,7 +22,7 @@ impl Targets {
     pub fn new(gpu: &Gpu, size: (u32, u32)) -> Result<Self> {
         use vk::ImageUsageFlags as U;
         let light = ImageDesc::new("scene light", size, LIGHT, U::COLOR_ATTACHMENT | U::SAMPLED);
-        let depth = ImageDesc::new("depth", size, DEPTH, U::DEPTH_STENCIL_ATTACHMENT);
+        let depth = ImageDesc::new("depth", size, DEPTH, U::DEPTH_STENCIL_ATTACHMENT | U::SAMPLED);
         Ok(Self { light: Image::new(gpu, &light)?, depth: Image::new(gpu, &depth)? })
     }
 }

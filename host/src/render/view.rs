@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
 use crate::{
-    render::water::{Caustics, WAVES},
+    render::water::{Caustics, SURFACE_WAVES, Surface, WAVES},
     world::{environment::Environment, frame::CameraPose},
 };
 
@@ -29,7 +29,7 @@ pub struct View {
     pub eye: [f32; 4],
     /// Toward the refracted sun; w: strength of caustics.
     pub sun: [f32; 4],
-    /// Just below the surface; w: number of caustic waves.
+    /// Just below the surface; w: how many of the caustic waves, the first, are the scene's own.
     pub sun_color: [f32; 4],
     /// Just below the surface; w: time [s].
     pub ambient: [f32; 4],
@@ -51,6 +51,10 @@ pub struct View {
     pub caustic_mean: [f32; 4],
     /// Caustic waves.
     pub wave: [[f32; 4]; WAVES],
+    /// Waves of the surface as it is seen: wave vector [rad/m], amplitude [m], phase at the eye [rad].
+    pub surface: [[f32; 4]; SURFACE_WAVES],
+    /// Mean depth of the bed below the surface [m], very great without one; the rest is zero.
+    pub bed: [f32; 4],
 }
 
 /// A camera with its picture's size: what culling and levels of detail need.
@@ -129,7 +133,13 @@ pub fn visibility(environment: &Environment) -> f32 {
 }
 
 /// The parts of [`View`] that follow from camera, water and light alone.
-pub fn view(lens: &Lens, environment: &Environment, caustics: &Caustics, time: f64, high: bool) -> View {
+pub fn view(
+    lens: &Lens,
+    environment: &Environment,
+    (surface, caustics): (&Surface, &Caustics),
+    time: f64,
+    high: bool,
+) -> View {
     let v3 = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
     let c3 = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
     let eye = lens.eye.as_vec3();
@@ -143,7 +153,7 @@ pub fn view(lens: &Lens, environment: &Environment, caustics: &Caustics, time: f
     view.eye = v3(eye, 0.0);
     let strength = if plain.is_some() { 0.0 } else { 1.0 };
     view.sun = v3(environment.sun.direction.normalize_or(Vec3::Y), strength);
-    view.sun_color = c3(environment.sun.color, caustics.count(high) as f32);
+    view.sun_color = c3(environment.sun.color, caustics.own() as f32);
     view.ambient = c3(environment.sun.ambient, time as f32);
     view.beam = c3(environment.optics.beam, if plain.is_some() { 1.0 } else { 0.0 });
     view.downwelling = c3(environment.optics.downwelling, if high { 1.0 } else { 0.0 });
@@ -151,7 +161,16 @@ pub fn view(lens: &Lens, environment: &Environment, caustics: &Caustics, time: f
     view.plain = c3(plain.unwrap_or_default(), 0.0);
     view.caustic_mean = caustics.mean(high);
     view.wave = caustics.at(lens.eye, time);
+    view.surface = surface.at(lens.eye, time);
+    view.bed = [bed(environment), 0.0, 0.0, 0.0];
     view
+}
+
+/// Mean depth of the bed below the surface [m].
+fn bed(environment: &Environment) -> f32 {
+    let Some(terrain) = &environment.terrain else { return 1e4 };
+    let sum: f64 = terrain.heights.iter().map(|height| f64::from(*height)).sum();
+    (-sum / terrain.heights.len().max(1) as f64).max(0.1) as f32
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
-//! Caustics on the CPU's side: which wave trains focus the sun, and how bright they are on average.
+//! The water's waves on the CPU's side: which trains focus the sun on the ground and how bright that is on average, and which
+//! trains the surface is seen with from below.
 
 use glam::{DVec2, DVec3, Vec2};
+use reef_abi as abi;
 
 use crate::world::environment::Environment;
 
@@ -8,6 +10,8 @@ use crate::world::environment::Environment;
 pub const WAVES: usize = 8;
 /// Trains that count at low quality.
 const WAVES_LOW: usize = 4;
+/// A k² of the weakest of the scene's own waves that counts [1/m]: at 10 m its crests are a tenth brighter.
+const LEAST_POWER: f64 = 0.04;
 /// Gravity [m/s²].
 const GRAVITY: f64 = 9.81;
 
@@ -26,50 +30,126 @@ const BREEZE: [Ripple; WAVES] = [
     (0.53, -2.33, 0.40, 2.9),
 ];
 
+/// Trains of the visible surface that the shaders know.
+pub const SURFACE_WAVES: usize = 8;
+/// The scene's own of them, where it has so many; a breeze over them makes the rest.
+const OWN_SURFACE_WAVES: usize = 5;
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Train {
+    /// Wave vector [rad/m].
     vector: DVec2,
-    power: f64,
+    /// Amplitude [m].
+    amplitude: f64,
+    /// ω [rad/s].
     frequency: f64,
+    /// At the origin at time 0 [rad].
     phase: f64,
 }
 
-/// The trains of a scene with the mean of their gain at four depths.
+impl Train {
+    fn own(wave: &abi::Wave) -> Self {
+        let direction = DVec2::new(f64::from(wave.direction[0]), f64::from(wave.direction[1]));
+        Self {
+            vector: direction * f64::from(wave.wave_number),
+            amplitude: f64::from(wave.amplitude),
+            frequency: f64::from(wave.frequency),
+            phase: f64::from(wave.phase),
+        }
+    }
+
+    fn breeze() -> impl Iterator<Item = Self> {
+        BREEZE.iter().map(|&(length, angle, power, phase)| {
+            let k = std::f64::consts::TAU / length;
+            let frequency = (GRAVITY * k).sqrt();
+            Self { vector: DVec2::from_angle(angle) * k, amplitude: power / (k * k), frequency, phase }
+        })
+    }
+
+    /// A k² [1/m].
+    fn power(&self) -> f64 {
+        self.amplitude * self.vector.length_squared()
+    }
+
+    /// A k: the steepest slope.
+    fn slope(&self) -> f64 {
+        self.amplitude * self.vector.length()
+    }
+
+    /// As the shaders take it: wave vector, `strength`, phase at the eye, reduced in f64.
+    fn at(&self, eye: DVec3, time: f64, strength: f64) -> [f32; 4] {
+        let phase = self.vector.dot(DVec2::new(eye.x, eye.z)) - self.frequency * time + self.phase;
+        [
+            self.vector.x as f32,
+            self.vector.y as f32,
+            strength as f32,
+            phase.rem_euclid(std::f64::consts::TAU) as f32,
+        ]
+    }
+}
+
+/// The trains that the surface is seen with: the steepest of the scene's own, and a breeze over them. A few of both come
+/// first, for those who take only some.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    trains: Vec<Train>,
+}
+
+impl Surface {
+    /// Chooses them.
+    pub fn new(environment: &Environment) -> Self {
+        let mut own: Vec<Train> = environment.waves.iter().map(Train::own).collect();
+        own.sort_by(|a, b| b.slope().total_cmp(&a.slope()));
+        own.truncate(OWN_SURFACE_WAVES);
+        let later = own.split_off(own.len().min(2));
+        let mut breeze = Train::breeze();
+        let mut trains = own;
+        trains.extend(breeze.by_ref().take(2));
+        trains.extend(later);
+        trains.extend(breeze);
+        trains.truncate(SURFACE_WAVES);
+        Self { trains }
+    }
+
+    /// As the shaders take them: wave vector, amplitude, phase at the eye.
+    pub fn at(&self, eye: DVec3, time: f64) -> [[f32; 4]; SURFACE_WAVES] {
+        let mut waves = [[0.0; 4]; SURFACE_WAVES];
+        for (out, train) in waves.iter_mut().zip(&self.trains) {
+            *out = train.at(eye, time, train.amplitude);
+        }
+        waves
+    }
+}
+
+/// The trains of a scene that focus light, with the mean of their gain at four depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caustics {
     trains: Vec<Train>,
+    /// How many of them, the first, are the scene's own.
+    own: usize,
     mean_low: [f32; 4],
     mean_high: [f32; 4],
 }
 
 impl Caustics {
-    /// The scene's own waves where they are steep enough to focus light within 12 m, filled up with a breeze.
+    /// The scene's own waves that focus light most, where that can be seen within some ten metres, filled up with a breeze.
     pub fn new(environment: &Environment) -> Self {
-        let own = environment.waves.iter().filter_map(|w| {
-            let k = f64::from(w.wave_number);
-            let power = f64::from(w.amplitude) * k * k;
-            (power > 0.33).then(|| Train {
-                vector: DVec2::new(f64::from(w.direction[0]), f64::from(w.direction[1])) * k,
-                power: power.min(1.0),
-                frequency: f64::from(w.frequency),
-                phase: f64::from(w.phase),
-            })
-        });
-        let breeze = BREEZE.iter().map(|&(length, angle, power, phase)| {
-            let k = std::f64::consts::TAU / length;
-            let frequency = (GRAVITY * k).sqrt();
-            Train { vector: DVec2::from_angle(angle) * k, power, frequency, phase }
-        });
-        let trains: Vec<Train> = own.take(WAVES / 2).chain(breeze).take(WAVES).collect();
-        let mut caustics = Self { trains, mean_low: [1.0; 4], mean_high: [1.0; 4] };
+        let own = environment.waves.iter().map(Train::own).filter(|train| train.power() > LEAST_POWER);
+        let mut trains: Vec<Train> = own.collect();
+        trains.sort_by(|a, b| b.power().total_cmp(&a.power()));
+        trains.truncate(WAVES / 2);
+        let own = trains.len();
+        trains.extend(Train::breeze());
+        trains.truncate(WAVES);
+        let mut caustics = Self { trains, own, mean_low: [1.0; 4], mean_high: [1.0; 4] };
         caustics.mean_low = [1.0, 2.0, 4.0, 8.0].map(|depth| caustics.sample_mean(WAVES_LOW, depth));
         caustics.mean_high = [1.0, 2.0, 4.0, 8.0].map(|depth| caustics.sample_mean(WAVES, depth));
         caustics
     }
 
-    /// How many trains a quality uses.
-    pub fn count(&self, high: bool) -> usize {
-        if high { WAVES } else { WAVES_LOW }
+    /// How many of the trains, the first, are the scene's own: they stay where the scene has them.
+    pub fn own(&self) -> usize {
+        self.own
     }
 
     /// Mean of the raw gain at 1, 2, 4 and 8 m.
@@ -81,13 +161,7 @@ impl Caustics {
     pub fn at(&self, eye: DVec3, time: f64) -> [[f32; 4]; WAVES] {
         let mut waves = [[0.0; 4]; WAVES];
         for (out, train) in waves.iter_mut().zip(&self.trains) {
-            let phase = train.vector.dot(DVec2::new(eye.x, eye.z)) - train.frequency * time + train.phase;
-            *out = [
-                train.vector.x as f32,
-                train.vector.y as f32,
-                train.power as f32,
-                phase.rem_euclid(std::f64::consts::TAU) as f32,
-            ];
+            *out = train.at(eye, time, train.power().min(1.0));
         }
         waves
     }
@@ -103,6 +177,7 @@ impl Caustics {
                 let z = f64::from(i) * 0.569_840_290_998_053_3;
                 raw_gain(
                     &waves[..count],
+                    self.own,
                     Vec2::new((x.fract() * 61.0) as f32, (z.fract() * 61.0) as f32),
                     depth,
                 )
@@ -114,13 +189,16 @@ impl Caustics {
 
 /// The twin of `caustic_gain` in `shaders/caustics.glsl` before its mean is taken out: 1 / (|det(I + d/4 H)| + .15),
 /// within .3 to 4.
-pub fn raw_gain(waves: &[[f32; 4]], x: Vec2, depth: f32) -> f32 {
+/// `own`: how many of the waves are the scene's.
+pub fn raw_gain(waves: &[[f32; 4]], own: usize, x: Vec2, depth: f32) -> f32 {
     let mut h = [0.0_f32; 3];
     let mut bend = 0.0_f32;
-    for &[kx, kz, power, phase] in waves {
+    for (i, &[kx, kz, power, phase]) in waves.iter().enumerate() {
         let fade = (2.0 - depth * power * 0.25).clamp(0.0, 1.0);
         let s = (kx * x.x + kz * x.y + phase + bend).sin();
-        bend = 0.9 * s + 0.35 * bend;
+        if i >= own {
+            bend = 0.9 * s + 0.35 * bend;
+        }
         let n = Vec2::new(kx, kz).normalize_or_zero();
         let a = -power * fade * s;
         h[0] += a * n.x * n.x;
@@ -143,7 +221,9 @@ mod tests {
         let waves = caustics.at(DVec3::new(3.0, -2.0, 7.0), 12.5);
         for (i, depth) in [1.0, 2.0, 4.0, 8.0].into_iter().enumerate() {
             let gains: Vec<f32> = (0..10_000)
-                .map(|n| raw_gain(&waves, Vec2::new((n % 100) as f32 * 0.37, (n / 100) as f32 * 0.41), depth))
+                .map(|n| {
+                    raw_gain(&waves, 0, Vec2::new((n % 100) as f32 * 0.37, (n / 100) as f32 * 0.41), depth)
+                })
                 .map(|g| 1.0 + (g / caustics.mean(true)[i] - 1.0) * (-0.058 * depth).exp())
                 .collect();
             let mean = gains.iter().sum::<f32>() / gains.len() as f32;
@@ -160,10 +240,54 @@ mod tests {
         let here = caustics.at(DVec3::ZERO, 1.0);
         let there = caustics.at(DVec3::new(10.0, 0.0, -4.0), 1.0);
         let x = Vec2::new(10.3, -4.2);
-        let a = raw_gain(&here, x, 3.0);
-        let b = raw_gain(&there, x - Vec2::new(10.0, -4.0), 3.0);
+        let a = raw_gain(&here, 0, x, 3.0);
+        let b = raw_gain(&there, 0, x - Vec2::new(10.0, -4.0), 3.0);
         // Phases differ by f32 rounding of a product near 100.
         assert!((a - b).abs() < 1e-2, "{a} {b}");
         assert_ne!(here, caustics.at(DVec3::ZERO, 1.1));
+    }
+
+    #[test]
+    fn the_surface_and_the_caustics_have_the_scenes_trains_where_every_module_has_them() {
+        use crate::world::{
+            scene::{format::SceneFile, wave_tables::WavesTable},
+            waves::Waves,
+        };
+        let mut file = SceneFile::default();
+        file.waves = Some(WavesTable { wind: 6.0, direction: 30.0, trains: 30 });
+        let trains = Waves::new(&file, 5).expect("a sound sea");
+        let environment = Environment { waves: trains.at(0.0), ..sample::environment() };
+        let (eye, time) = (DVec3::new(12.0, -2.0, -7.0), 1000.0);
+        // What the modules get in their step, at the eye.
+        let stepped = trains.at(time);
+        let phase_of = |wave: &abi::Wave| {
+            let k =
+                DVec2::new(wave.direction[0].into(), wave.direction[1].into()) * f64::from(wave.wave_number);
+            (k, (k.dot(DVec2::new(eye.x, eye.z)) + f64::from(wave.phase)).rem_euclid(std::f64::consts::TAU))
+        };
+        let own = |shown: &[f32; 4]| {
+            let k = DVec2::new(shown[0].into(), shown[1].into());
+            stepped.iter().map(phase_of).find(|(vector, _)| vector.distance(k) < 1e-5).map(|(_, phase)| phase)
+        };
+        let mut seen = 0;
+        let caustics = Caustics::new(&environment);
+        for shown in Surface::new(&environment).at(eye, time).iter().chain(&caustics.at(eye, time)) {
+            let Some(phase) = own(shown) else { continue };
+            seen += 1;
+            // A frequency of f32 near 5 rad/s, wrong by 2e-7, over 1000 s.
+            let apart = (phase - f64::from(shown[3])).abs();
+            assert!(apart.min(std::f64::consts::TAU - apart) < 1e-3, "{phase} and {}", shown[3]);
+        }
+        assert_eq!(seen, OWN_SURFACE_WAVES + caustics.own());
+        assert!(caustics.own() > 0, "the wind's waves focus light");
+    }
+
+    #[test]
+    fn a_still_sea_has_a_breeze_on_its_surface() {
+        let surface = Surface::new(&sample::environment()).at(DVec3::ZERO, 0.0);
+        // Mean square slope of a light breeze (Cox and Munk 1954: 0.003 + 0.005 a metre a second of wind).
+        let square: f32 =
+            surface.iter().map(|[x, z, amplitude, _]| 0.5 * (x * x + z * z) * amplitude * amplitude).sum();
+        assert!((0.008..0.035).contains(&square), "{square}");
     }
 }

@@ -2,6 +2,7 @@
 //! miss it; what is compared is always a ratio of two things measured in the same run.
 
 pub mod allocations;
+mod billboards;
 mod fibre;
 pub mod measure;
 pub mod reload;
@@ -33,6 +34,11 @@ struct Bench {
 }
 
 const BENCHES: &[Bench] = &[
+    Bench {
+        name: "billboards",
+        about: "milliseconds a frame of 100 000 sprites in front of the eye, and around it",
+        run: billboards::run,
+    },
     Bench {
         name: "fibre",
         about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
