@@ -1,6 +1,7 @@
 //! What tests across crates share: the program and the plugins of this very build, and a still sea to step them in.
 
 pub mod artifacts;
+pub mod child;
 pub mod languages;
 pub mod sea;
 

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
+use reef_abi as abi;
 use thiserror::Error;
+
+use super::library::status_name;
 
 /// Why a file is not used as a plugin.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -147,4 +150,15 @@ pub enum PluginError {
         /// Why.
         message: String,
     },
+}
+
+impl PluginError {
+    /// Is the library itself at fault (REEF_FATAL, a caught panic, say), and not just this call?
+    pub(crate) fn is_fatal(&self) -> bool {
+        match self {
+            Self::Call { status, .. } => *status == status_name(abi::FATAL),
+            Self::Fault { .. } => true,
+            _ => false,
+        }
+    }
 }

@@ -153,6 +153,19 @@ impl Generation {
     }
 }
 
+impl Generation {
+    /// Runs `code` so often on the control thread, each time through a guard of its own, to measure what a guard costs.
+    pub fn guarded_calls(&self, count: u32, code: impl Fn(u32) + Sync) {
+        self.run(|| {
+            for number in 0..count {
+                if guard::guarded(&self.fate, || code(number)).is_err() {
+                    break;
+                }
+            }
+        });
+    }
+}
+
 /// No generation has more workers than this.
 pub const MAX_WORKERS: usize = 256;
 

@@ -1,7 +1,11 @@
 //! One instance of a plugin: made, stepped, reset, saved and loaded. Each call runs on the control thread of the plugin's
 //! generation. A failure stays with this instance: its last good outputs stand still, and the sea goes on.
 
-use std::{ffi::c_void, sync::Arc};
+use std::{
+    ffi::c_void,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use reef_abi as abi;
 
@@ -29,7 +33,7 @@ pub enum Health {
     Running,
     /// It said that it needs a reset or a loaded state: its last outputs stand still until then.
     Stopped(String),
-    /// It, or its library, is at fault (a panic, an output that is no number): its last outputs stand still. A reset or a
+    /// It, or its library, is at fault (a panic, an output that is no number, too much of it): its last outputs stand still. A reset or a
     /// loaded state gives it another chance, unless the library's code was stopped (a signal, a call that did not end):
     /// then no instance of the library is called again.
     Faulty(String),
@@ -59,12 +63,22 @@ pub struct StepReport {
     pub message: Option<String>,
 }
 
+/// Real time that a step took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepTimes {
+    /// The call, from the host's thread to the plugin's code and back.
+    pub call: Duration,
+    /// The look at what it emitted.
+    pub check: Duration,
+}
+
 /// One module of a scene at work.
 #[derive(Debug)]
 pub struct Instance {
     raw: Raw,
     recorder: Recorder,
     health: Health,
+    times: StepTimes,
     // Dropped in this order: the services' pool before the library that owns its threads.
     services: Box<Services>,
     plugin: Plugin,
@@ -121,6 +135,7 @@ impl Plugin {
             raw,
             recorder: Recorder::new(),
             health: Health::Running,
+            times: StepTimes::default(),
             services,
             plugin: self.clone(),
         })
@@ -202,6 +217,16 @@ impl Instance {
         self.recorder.current()
     }
 
+    /// It is not to be stepped any more, for a reason that no step gave.
+    pub(crate) fn condemn(&mut self, reason: String) {
+        self.health = Health::Faulty(reason);
+    }
+
+    /// Real time of the last step.
+    pub fn times(&self) -> StepTimes {
+        self.times
+    }
+
     /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds what counts.
     pub fn step(&mut self, input: &StepInput<'_>, events: &[abi::Event]) -> StepReport {
         if let Health::Stopped(message) | Health::Faulty(message) = self.health() {
@@ -219,6 +244,7 @@ impl Instance {
         let heightfield = input.raw_heightfield();
         let step_input = Shown(input.raw(heightfield.as_ref(), events));
         let output = Shown(recorder.table());
+        let began = Instant::now();
         let (step_input, output) = (&step_input, &output);
         let status = generation.enter(&self.plugin.info().id, "step", move || {
             let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
@@ -226,11 +252,14 @@ impl Instance {
             // uses the recorder meanwhile.
             unsafe { step(instance.ctx, step_input, output) }
         });
+        let ended = Instant::now();
         self.services.end_step();
-        match status {
+        let report = match status {
             Ok(status) => self.conclude(status, input.flags),
             Err(message) => StepReport { status: StepStatus::Failed, message: Some(message) },
-        }
+        };
+        self.times = StepTimes { call: ended.duration_since(began), check: ended.elapsed() };
+        report
     }
 
     fn conclude(&mut self, status: i32, flags: u32) -> StepReport {
@@ -247,7 +276,8 @@ impl Instance {
             },
             abi::SLEEP => report(StepStatus::Sleep, None),
             abi::DISCARD => report(StepStatus::Discarded, Some(reason())),
-            abi::ERROR | abi::NO_SPACE | abi::UNSUPPORTED | abi::BAD_INPUT | abi::BAD_STATE => {
+            // Too much output is a fault of the code, as a number that is none is.
+            abi::ERROR | abi::UNSUPPORTED | abi::BAD_INPUT | abi::BAD_STATE => {
                 let message = format!("step failed ({}): {}", status_name(status), reason());
                 self.health = Health::Stopped(message.clone());
                 report(StepStatus::Failed, Some(message))

@@ -1,7 +1,10 @@
 //! Where a thread is: in the host, in a plugin's code, or in a host service that a plugin called. Whose fault a crash is
 //! follows from this, not from the program counter (which is in libc for a bad memcpy).
 
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering, compiler_fence};
+use std::{
+    ptr,
+    sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering, compiler_fence},
+};
 
 /// Where this thread is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,22 +38,40 @@ impl Place {
 /// No job runs on this thread.
 const NO_JOB: u32 = u32::MAX;
 
+/// What is known of one thread. Single words, without initialiser or destructor: signal handlers read them.
+struct Here {
+    place: AtomicU64,
+    /// The worker index while a job of `parallel_for` runs.
+    job: AtomicU32,
+    /// The record of the innermost guarded call, or NULL.
+    frame: AtomicPtr<()>,
+}
+
 thread_local! {
-    // Single words, without initialiser or destructor: signal handlers read them.
-    static PLACE: AtomicU64 = const { AtomicU64::new(Place::Host.to_bits()) };
-    /// The worker index while a job of `parallel_for` runs on this thread.
-    static JOB: AtomicU32 = const { AtomicU32::new(NO_JOB) };
+    // All in one: a guarded call looks for it twice, not once a word.
+    static HERE: Here = const {
+        Here {
+            place: AtomicU64::new(Place::Host.to_bits()),
+            job: AtomicU32::new(NO_JOB),
+            frame: AtomicPtr::new(ptr::null_mut()),
+        }
+    };
 }
 
 /// Where this thread is now. May be called from a signal handler.
 pub(crate) fn place() -> Place {
-    Place::from_bits(PLACE.with(|place| place.load(Ordering::Relaxed)))
+    Place::from_bits(HERE.with(|here| here.place.load(Ordering::Relaxed)))
+}
+
+/// The record of this thread's innermost guarded call, or NULL. May be called from a signal handler.
+pub(crate) fn frame() -> *mut () {
+    HERE.with(|here| here.frame.load(Ordering::Relaxed))
 }
 
 /// From here on the thread is there: nothing of the code around moves over this line.
 pub(crate) fn set_place(place: Place) {
     compiler_fence(Ordering::SeqCst);
-    PLACE.with(|now| now.store(place.to_bits(), Ordering::Relaxed));
+    HERE.with(|here| here.place.store(place.to_bits(), Ordering::Relaxed));
     compiler_fence(Ordering::SeqCst);
 }
 
@@ -59,21 +80,38 @@ pub(crate) fn set_place(place: Place) {
 pub(crate) struct Whole {
     place: u64,
     job: u32,
+    frame: *mut (),
 }
 
-/// All that the marker says now.
-pub(crate) fn whole() -> Whole {
-    Whole {
-        place: PLACE.with(|place| place.load(Ordering::Relaxed)),
-        job: JOB.with(|job| job.load(Ordering::Relaxed)),
-    }
+/// A guarded call begins: signals find its record from here on. Returns what the marker said before.
+#[inline]
+pub(crate) fn enter(place: Place, frame: *mut ()) -> Whole {
+    compiler_fence(Ordering::SeqCst);
+    let before = HERE.with(|here| {
+        let before = Whole {
+            place: here.place.load(Ordering::Relaxed),
+            job: here.job.load(Ordering::Relaxed),
+            frame: here.frame.load(Ordering::Relaxed),
+        };
+        here.frame.store(frame, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        here.place.store(place.to_bits(), Ordering::Relaxed);
+        before
+    });
+    compiler_fence(Ordering::SeqCst);
+    before
 }
 
 /// It says this again.
+#[inline]
 pub(crate) fn restore(whole: Whole) {
     compiler_fence(Ordering::SeqCst);
-    PLACE.with(|place| place.store(whole.place, Ordering::Relaxed));
-    JOB.with(|job| job.store(whole.job, Ordering::Relaxed));
+    HERE.with(|here| {
+        here.place.store(whole.place, Ordering::Relaxed);
+        here.job.store(whole.job, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        here.frame.store(whole.frame, Ordering::Relaxed);
+    });
     compiler_fence(Ordering::SeqCst);
 }
 
@@ -88,19 +126,19 @@ pub(crate) fn in_service<R>(generation: u64, call: impl FnOnce() -> R) -> R {
 
 /// The worker whose job runs on this thread.
 pub(crate) fn current_job() -> Option<u32> {
-    let worker = JOB.with(|job| job.load(Ordering::Relaxed));
+    let worker = HERE.with(|here| here.job.load(Ordering::Relaxed));
     (worker != NO_JOB).then_some(worker)
 }
 
 /// Runs a job as `worker`.
 pub(crate) fn in_job<R>(worker: u32, job: impl FnOnce() -> R) -> R {
-    let before = JOB.with(|now| {
-        let before = now.load(Ordering::Relaxed);
-        now.store(worker, Ordering::Relaxed);
+    let before = HERE.with(|here| {
+        let before = here.job.load(Ordering::Relaxed);
+        here.job.store(worker, Ordering::Relaxed);
         before
     });
     let result = job();
-    JOB.with(|now| now.store(before, Ordering::Relaxed));
+    HERE.with(|here| here.job.store(before, Ordering::Relaxed));
     result
 }
 
@@ -117,12 +155,13 @@ mod tests {
 
     #[test]
     fn places_nest_and_come_back() {
-        let before = whole();
-        set_place(Place::Plugin(3));
+        let mut record = 0_u8;
+        let record = ptr::from_mut(&mut record).cast();
+        let before = enter(Place::Plugin(3), record);
         in_service(3, || assert_eq!(place(), Place::Service(3)));
-        assert_eq!(place(), Place::Plugin(3));
+        assert_eq!((place(), frame()), (Place::Plugin(3), record));
         restore(before);
-        assert_eq!((place(), current_job()), (Place::Host, None));
+        assert_eq!((place(), current_job(), frame()), (Place::Host, None, ptr::null_mut()));
         in_job(2, || assert_eq!(current_job(), Some(2)));
     }
 }

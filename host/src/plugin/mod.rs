@@ -34,6 +34,6 @@ pub use error::{PluginError, Refusal};
 pub use guard::{Limits, set_limits};
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::{Heightfield, StepInput};
-pub use instance::{Health, Instance, StepReport, StepStatus};
+pub use instance::{Health, Instance, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};

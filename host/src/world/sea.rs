@@ -125,7 +125,7 @@ pub(super) struct Member {
     pub(super) missed: Vec<abi::Event>,
     pub(super) standing: bool,
     /// It does not give its state: asked once.
-    unsavable: bool,
+    pub(super) unsavable: bool,
     /// It has made steps: what the scene sets from the start was set.
     known: bool,
 }
@@ -544,6 +544,13 @@ impl World {
         match self.members[at].instance.save() {
             Ok(state) => recent.saved(at, step, state),
             Err(error) => {
+                let instance = &mut self.members[at].instance;
+                if error.is_fatal() {
+                    instance.condemn(error.to_string());
+                }
+                if *instance.health() != Health::Running {
+                    return; // The next step tells of the fault, and who takes over is saved again.
+                }
                 let name = self.members[at].name.clone();
                 self.members[at].unsavable = true;
                 self.tell(

@@ -3,7 +3,6 @@
 
 mod bad_libraries;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
-mod child;
 mod faults;
 mod fresh;
 mod guide;

@@ -3,9 +3,9 @@
 
 use std::{hint, os::unix::process::ExitStatusExt, ptr, time::Duration};
 
-use reef_tests::{artifacts::artifacts, sea::config};
+use reef_tests::{artifacts::artifacts, child, sea::config};
 
-use crate::{child, load};
+use crate::load;
 
 /// What the child does, the signal that ends it, and what it says on the way.
 const ENDS: [(&str, i32, &str); 4] = [

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use reef::plugin::{Health, Instance, Limits, StepStatus, set_limits};
 use reef_tests::{
     artifacts::artifacts,
+    child,
     sea::{Sea, config},
 };
 
-use crate::{child, load};
+use crate::load;
 
 fn made(strike: &str, place: &str) -> Result<Instance, reef::plugin::PluginError> {
     load(artifacts().plugin("reef_fixture_faulty"), 2)

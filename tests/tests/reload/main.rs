@@ -5,6 +5,7 @@ mod faults;
 mod figures;
 mod same;
 mod scenes;
+mod strikes;
 
 use std::{
     fs::{self, File},
@@ -19,7 +20,7 @@ use std::{
 
 use reef::{
     live::{Live, Setup},
-    plugin::Registry,
+    plugin::{Plugin, Registry},
     world::{Options, World, scene},
 };
 use reef_tests::artifacts::{variant, workspace};
@@ -37,6 +38,22 @@ fn builds(features: &str) -> Vec<u8> {
         variant("reef-fixture-growing", "reef_fixture_growing", features, folder.path());
     }
     fs::read(kept).expect("a build")
+}
+
+/// A sea of this scene, whose modules are all of one build, and that build; each state is saved every so many steps.
+fn sea_of(build: &[u8], scene: &str, remember: u64) -> (World, Plugin) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let library = folder.path().join(library_name());
+    let path = folder.path().join("scene.toml");
+    fs::write(&library, build).expect("the plugin");
+    fs::write(&path, scene).expect("the scene");
+    let mut plugins = Registry::new();
+    plugins.load(&library, 2).expect("a sound library");
+    let scene = scene::load(&path, &workspace().join("assets"), &plugins).expect("a sound scene");
+    let options = Options { remember: Some(remember), ..Options::default() };
+    let world = World::new(scene, &plugins, &options).expect("a sea");
+    let plugin = world.instance(0).expect("a module").plugin().clone();
+    (world, plugin)
 }
 
 /// The same build, with other bytes behind its end: what a linker makes of an edit that changes nothing.

@@ -44,6 +44,7 @@ Chores around Reef.
 cargo xtask demo [SCENE] [OPTIONS]  set up, build, and show the sea: in a window, or as a picture where there is no display
 cargo xtask watch PLUGIN [SCENE]    show the sea, and build the plugin anew whenever its sources are saved
 cargo xtask test                    set up, build, and pass every test, the golden pictures included
+cargo xtask faults [COUNT]          strike a plugin so often (1000) with every fault in every call: all must be survived
 cargo xtask lint                    formatting and clippy over the whole tree
 cargo xtask shaders [--all]         compile the shaders that changed; needs shaderc
 cargo xtask textures                paint assets/textures anew; the same pixels every time
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Some("demo") => demo::demo(rest),
         Some("watch") => watch::watch(rest),
         Some("test") => test(rest),
+        Some("faults") => faults(rest),
         Some("lint") => lint(),
         Some("shaders") => shaders::shaders(rest),
         Some("textures") => textures::textures(rest),
@@ -110,6 +112,24 @@ fn test(arguments: &[String]) -> Outcome {
     let mut validate = Command::new(&built.program);
     validate.current_dir(root()).arg("--plugin-dir").arg(&built.plugins).arg("validate");
     run(&mut validate, "reef validate")
+}
+
+/// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for a thousand.
+fn faults(arguments: &[String]) -> Outcome {
+    let count = match arguments {
+        [] => 1000,
+        [count] => count
+            .parse::<u32>()
+            .map_err(|_| Failure::usage(format!("COUNT is a whole number, not `{count}`")))?,
+        _ => return Err(Failure::usage("cargo xtask faults [COUNT]")),
+    };
+    run(
+        cargo()
+            .env("REEF_FAULTS", count.to_string())
+            .args(["test", "--quiet", "--package", "reef-tests", "--test", "reload", "--"])
+            .args(["strikes::every_fault", "--nocapture"]),
+        "the test of strikes",
+    )
 }
 
 /// Formatting, and clippy without a warning.

@@ -3,6 +3,7 @@
 
 pub mod allocations;
 mod billboards;
+mod contract;
 mod fibre;
 pub mod measure;
 pub mod reload;
@@ -38,6 +39,11 @@ const BENCHES: &[Bench] = &[
         name: "billboards",
         about: "milliseconds a frame of 100 000 sprites in front of the eye, and around it",
         run: billboards::run,
+    },
+    Bench {
+        name: "contract",
+        about: "what the contract costs: a guarded call, and a step beside the same model without it",
+        run: contract::run,
     },
     Bench {
         name: "fibre",

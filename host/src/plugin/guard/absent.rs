@@ -36,8 +36,7 @@ impl Text {
 
 /// Runs a plugin's code.
 pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fault> {
-    let before = marker::whole();
-    marker::set_place(Place::Plugin(fate.generation()));
+    let before = marker::enter(Place::Plugin(fate.generation()), std::ptr::null_mut());
     let result = call();
     marker::restore(before);
     Ok(result)

@@ -1,12 +1,12 @@
 //! The record of a guarded call: where to go when it is left, and why it was.
 
-use std::{
-    ptr,
-    sync::atomic::{AtomicPtr, Ordering, compiler_fence},
-};
+use std::mem::ManuallyDrop;
 
 use super::{super::fault::Cause, describe, stack};
-use crate::plugin::guard::{Fate, Fault, Watch, limits};
+use crate::plugin::{
+    guard::{Fate, Fault, Watch, limits},
+    marker,
+};
 
 /// What the signal handler leaves.
 #[derive(Clone, Copy, Debug)]
@@ -29,52 +29,24 @@ pub(super) struct Frame {
     /// Where `call::enter` goes on when it is left, as above.
     pub(super) pc: usize,
     pub(super) fate: *const Fate,
-    outer: *mut Frame,
     pub(super) seen: Option<Seen>,
-    relayed: Option<Box<Fault>>,
-}
-
-thread_local! {
-    /// The innermost guarded call of this thread.
-    static CURRENT: AtomicPtr<Frame> = const { AtomicPtr::new(ptr::null_mut()) };
+    /// Taken when the call was left; a call that returns has none, and nothing to drop.
+    relayed: ManuallyDrop<Option<Box<Fault>>>,
 }
 
 impl Frame {
     pub(super) fn new(fate: &Fate) -> Self {
-        Self { sp: 0, pc: 0, fate, outer: ptr::null_mut(), seen: None, relayed: None }
+        Self { sp: 0, pc: 0, fate, seen: None, relayed: ManuallyDrop::new(None) }
     }
 
-    /// From now on, signals on this thread find it.
-    pub(super) fn enter(&mut self) -> *mut Self {
-        let frame = ptr::from_mut(self);
-        CURRENT.with(|current| {
-            self.outer = current.load(Ordering::Relaxed);
-            current.store(frame, Ordering::Relaxed);
-        });
-        compiler_fence(Ordering::SeqCst);
-        frame
-    }
-
-    /// The outer one counts again.
-    ///
-    /// # Safety
-    /// The frame was entered on this thread and lives.
-    pub(super) unsafe fn exit(frame: *mut Self) {
-        compiler_fence(Ordering::SeqCst);
-        // SAFETY: the caller's promise.
-        let outer = unsafe { (*frame).outer };
-        CURRENT.with(|current| current.store(outer, Ordering::Relaxed));
-    }
-
-    /// The innermost guarded call of this thread, or NULL. May be called from a signal handler: the thread-local has neither
-    /// an initialiser nor a destructor.
+    /// The innermost guarded call of this thread, or NULL. May be called from a signal handler.
     pub(super) fn current() -> *mut Self {
-        CURRENT.with(|current| current.load(Ordering::Relaxed))
+        marker::frame().cast()
     }
 
     /// It will be left because of another thread's fault.
     pub(super) fn relay(&mut self, fault: Fault) {
-        self.relayed = Some(Box::new(fault));
+        self.relayed = ManuallyDrop::new(Some(Box::new(fault)));
     }
 
     /// Why it was left.

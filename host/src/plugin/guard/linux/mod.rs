@@ -50,15 +50,12 @@ pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fau
     }
     let mut parcel = Parcel { call: ManuallyDrop::new(call), result: MaybeUninit::uninit() };
     let unpack = unpack_of(&parcel);
-    let before = marker::whole();
     let mut frame = Frame::new(fate);
-    let frame = frame.enter();
-    marker::set_place(Place::Plugin(fate.generation()));
+    let frame = &raw mut frame;
+    let before = marker::enter(Place::Plugin(fate.generation()), frame.cast());
     // SAFETY: `unpack` is made for this parcel; frame and parcel live until the call returned or was left.
     let left = unsafe { call::enter(unpack, (&raw mut parcel).cast(), frame) };
     marker::restore(before);
-    // SAFETY: the frame entered above, on this thread; frames inside of it are gone.
-    unsafe { Frame::exit(frame) };
     if left == 0 {
         // SAFETY: the call returned, so `unpack` wrote its result.
         return Ok(unsafe { parcel.result.assume_init() });

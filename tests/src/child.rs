@@ -23,33 +23,36 @@ pub fn task() -> Option<String> {
 }
 
 /// Runs the ignored test with this path in a process of its own.
+///
+/// # Panics
+/// When this program cannot be started once more.
 pub fn run(test: &str, task: &str, limit: Duration) -> Ended {
-    let mut child = Command::new(env::current_exe().unwrap())
+    let mut child = Command::new(env::current_exe().expect("this program"))
         .args([test, "--exact", "--ignored", "--nocapture", "--test-threads", "1"])
         .env("REEF_TEST_TASK", task)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap();
-    let (mut out, mut err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
+        .expect("this program starts once more");
+    let (mut out, mut err) = (child.stdout.take().expect("a pipe"), child.stderr.take().expect("a pipe"));
     let read = |stream: &mut dyn Read| {
         let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).unwrap();
+        stream.read_to_end(&mut bytes).expect("the child's words");
         String::from_utf8_lossy(&bytes).into_owned()
     };
     let (out, err) = (thread::spawn(move || read(&mut out)), thread::spawn(move || read(&mut err)));
     let end = Instant::now() + limit;
     let status = loop {
-        match child.try_wait().unwrap() {
+        match child.try_wait().expect("the child") {
             Some(status) => break Some(status),
             None if Instant::now() > end => {
-                child.kill().unwrap();
-                child.wait().unwrap();
+                child.kill().expect("the child is killed");
+                child.wait().expect("the child");
                 break None;
             }
             None => thread::sleep(Duration::from_millis(5)),
         }
     };
-    Ended { status, text: out.join().unwrap() + &err.join().unwrap() }
+    Ended { status, text: out.join().expect("a reader") + &err.join().expect("a reader") }
 }
