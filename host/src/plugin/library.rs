@@ -1,7 +1,7 @@
 //! One library: looked at, copied to a name of its own, opened on the threads of its generation, described.
 
 use std::{
-    collections::HashSet,
+    collections::HashMap,
     fs,
     io::Write,
     path::{Path, PathBuf},
@@ -26,8 +26,9 @@ use super::{
 /// Most plugins in one library.
 const MOST_PLUGINS: u32 = 64;
 
-/// Addresses of the entries of all loaded generations: the system's loader must not hand one out twice.
-static ENTRIES: Mutex<Option<HashSet<usize>>> = Mutex::new(None);
+/// Addresses of the entries of all loaded generations, and whose they are (the name of the copy): the system's loader must
+/// not hand one out twice.
+static ENTRIES: Mutex<Option<HashMap<usize, PathBuf>>> = Mutex::new(None);
 
 /// A library that is open. Closed when the last plugin and instance of it are gone.
 #[derive(Debug)]
@@ -273,7 +274,11 @@ impl Open {
     fn claim_address(&mut self) -> Result<(), Refusal> {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         let mut entries = ENTRIES.lock().unwrap_or_else(PoisonError::into_inner);
-        if entries.get_or_insert_default().insert(loaded.address) {
+        let entries = entries.get_or_insert_default();
+        // Who is being closed may be gone already, and its address ours, before it could say so.
+        let gone = |holder: &PathBuf| cfg!(unix) && !still_loaded(holder);
+        if entries.get(&loaded.address).is_none_or(gone) {
+            entries.insert(loaded.address, loaded.name.clone());
             return Ok(());
         }
         loaded.address = 0; // The other one's: not ours to give back.
@@ -303,7 +308,9 @@ impl Drop for Open {
             // Its address stays taken: code that is found there again is the old one.
             let count = PINNED.fetch_add(1, Ordering::Relaxed) + 1;
             tracing::warn!("{} was closed and stays in memory ({count} so far)", name.display());
-        } else if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner) {
+        } else if let Some(entries) = &mut *ENTRIES.lock().unwrap_or_else(PoisonError::into_inner)
+            && entries.get(&address) == Some(&name)
+        {
             entries.remove(&address);
         }
     }

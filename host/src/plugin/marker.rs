@@ -2,8 +2,9 @@
 //! follows from this, not from the program counter (which is in libc for a bad memcpy).
 
 use std::{
+    cell::UnsafeCell,
     ptr,
-    sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering, compiler_fence},
+    sync::atomic::{Ordering, compiler_fence},
 };
 
 /// Where this thread is.
@@ -18,6 +19,7 @@ pub(crate) enum Place {
 }
 
 impl Place {
+    #[inline(always)]
     const fn to_bits(self) -> u64 {
         match self {
             Self::Host => 0,
@@ -38,80 +40,83 @@ impl Place {
 /// No job runs on this thread.
 const NO_JOB: u32 = u32::MAX;
 
-/// What is known of one thread. Single words, without initialiser or destructor: signal handlers read them.
+/// What is known of one thread. Plain words, without initialiser or destructor, which this thread alone reads and writes:
+/// signal handlers on it see what stands before the last fence.
+#[derive(Clone, Copy, Debug)]
 struct Here {
-    place: AtomicU64,
+    place: u64,
     /// The worker index while a job of `parallel_for` runs.
-    job: AtomicU32,
+    job: u32,
     /// The record of the innermost guarded call, or NULL.
-    frame: AtomicPtr<()>,
+    frame: *mut (),
 }
 
 thread_local! {
-    // All in one: a guarded call looks for it twice, not once a word.
-    static HERE: Here = const {
-        Here {
-            place: AtomicU64::new(Place::Host.to_bits()),
-            job: AtomicU32::new(NO_JOB),
-            frame: AtomicPtr::new(ptr::null_mut()),
-        }
+    // All in one: a guarded call looks for it once.
+    static HERE: UnsafeCell<Here> = const {
+        UnsafeCell::new(Here { place: Place::Host.to_bits(), job: NO_JOB, frame: ptr::null_mut() })
     };
+}
+
+/// This thread's words. They have no destructor: valid as long as the thread.
+#[inline(always)]
+fn here() -> *mut Here {
+    HERE.with(UnsafeCell::get)
 }
 
 /// Where this thread is now. May be called from a signal handler.
 pub(crate) fn place() -> Place {
-    Place::from_bits(HERE.with(|here| here.place.load(Ordering::Relaxed)))
+    // SAFETY: this thread's own words; nobody holds a reference to them.
+    Place::from_bits(unsafe { (*here()).place })
 }
 
 /// The record of this thread's innermost guarded call, or NULL. May be called from a signal handler.
 pub(crate) fn frame() -> *mut () {
-    HERE.with(|here| here.frame.load(Ordering::Relaxed))
+    // SAFETY: as above.
+    unsafe { (*here()).frame }
 }
 
 /// From here on the thread is there: nothing of the code around moves over this line.
 pub(crate) fn set_place(place: Place) {
     compiler_fence(Ordering::SeqCst);
-    HERE.with(|here| here.place.store(place.to_bits(), Ordering::Relaxed));
+    // SAFETY: as above.
+    unsafe { (*here()).place = place.to_bits() };
     compiler_fence(Ordering::SeqCst);
 }
 
-/// All that the marker says, to be restored when a call is left from anywhere.
+/// This thread's marker while a guarded call runs: where it is, and what it said before.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Whole {
-    place: u64,
-    job: u32,
-    frame: *mut (),
+pub(crate) struct Entered {
+    here: *mut Here,
+    before: Here,
 }
 
-/// A guarded call begins: signals find its record from here on. Returns what the marker said before.
-#[inline]
-pub(crate) fn enter(place: Place, frame: *mut ()) -> Whole {
+/// A guarded call begins: signals find its record from here on.
+#[inline(always)]
+pub(crate) fn enter(place: Place, frame: *mut ()) -> Entered {
+    let here = here();
+    // SAFETY: as above.
+    let before = unsafe { *here };
     compiler_fence(Ordering::SeqCst);
-    let before = HERE.with(|here| {
-        let before = Whole {
-            place: here.place.load(Ordering::Relaxed),
-            job: here.job.load(Ordering::Relaxed),
-            frame: here.frame.load(Ordering::Relaxed),
-        };
-        here.frame.store(frame, Ordering::Relaxed);
-        compiler_fence(Ordering::SeqCst);
-        here.place.store(place.to_bits(), Ordering::Relaxed);
-        before
-    });
+    // SAFETY: as above.
+    unsafe { (*here).frame = frame };
     compiler_fence(Ordering::SeqCst);
-    before
+    // SAFETY: as above.
+    unsafe { (*here).place = place.to_bits() };
+    compiler_fence(Ordering::SeqCst);
+    Entered { here, before }
 }
 
-/// It says this again.
-#[inline]
-pub(crate) fn restore(whole: Whole) {
+/// The guarded call is over, however it ended: the marker says what it said before.
+#[inline(always)]
+pub(crate) fn restore(entered: Entered) {
+    let Entered { here, before } = entered;
     compiler_fence(Ordering::SeqCst);
-    HERE.with(|here| {
-        here.place.store(whole.place, Ordering::Relaxed);
-        here.job.store(whole.job, Ordering::Relaxed);
-        compiler_fence(Ordering::SeqCst);
-        here.frame.store(whole.frame, Ordering::Relaxed);
-    });
+    // SAFETY: as above; a call comes back on the thread that it began on.
+    unsafe { (*here).place = before.place };
+    compiler_fence(Ordering::SeqCst);
+    // SAFETY: as above.
+    unsafe { *here = before };
     compiler_fence(Ordering::SeqCst);
 }
 
@@ -126,19 +131,18 @@ pub(crate) fn in_service<R>(generation: u64, call: impl FnOnce() -> R) -> R {
 
 /// The worker whose job runs on this thread.
 pub(crate) fn current_job() -> Option<u32> {
-    let worker = HERE.with(|here| here.job.load(Ordering::Relaxed));
+    // SAFETY: as above.
+    let worker = unsafe { (*here()).job };
     (worker != NO_JOB).then_some(worker)
 }
 
 /// Runs a job as `worker`.
 pub(crate) fn in_job<R>(worker: u32, job: impl FnOnce() -> R) -> R {
-    let before = HERE.with(|here| {
-        let before = here.job.load(Ordering::Relaxed);
-        here.job.store(worker, Ordering::Relaxed);
-        before
-    });
+    // SAFETY: as above.
+    let before = std::mem::replace(unsafe { &mut (*here()).job }, worker);
     let result = job();
-    HERE.with(|here| here.job.store(before, Ordering::Relaxed));
+    // SAFETY: as above.
+    unsafe { (*here()).job = before };
     result
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Every call into a library, and every job, goes through a [`guard`].
 //!
-//! `unsafe` lives here (and in `gpu`): in `guard`, `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
+//! `unsafe` lives here (and in `gpu`): in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
 //! and the two functions of `recorder` that a plugin calls.
 
 pub mod check;

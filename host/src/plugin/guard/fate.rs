@@ -64,6 +64,7 @@ impl Fate {
     }
 
     /// Number of the generation.
+    #[inline(always)]
     pub(crate) fn generation(&self) -> u64 {
         self.generation
     }

@@ -35,6 +35,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    #[inline(always)]
     pub(super) fn new(fate: &Fate) -> Self {
         Self { sp: 0, pc: 0, fate, seen: None, relayed: ManuallyDrop::new(None) }
     }

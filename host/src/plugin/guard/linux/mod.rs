@@ -44,7 +44,9 @@ unsafe extern "C" fn unpack<F: FnOnce() -> R, R>(parcel: *mut c_void) {
 
 /// Runs a plugin's code; a signal that is its own fault comes back as an error. Values that `call` holds are then leaked, so
 /// it holds none that matter. The calling thread belongs to the generation: see [`Resident`].
+#[inline]
 pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fault> {
+    #[inline(always)]
     fn unpack_of<F: FnOnce() -> R, R>(_: &Parcel<F, R>) -> unsafe extern "C" fn(*mut c_void) {
         unpack::<F, R>
     }
