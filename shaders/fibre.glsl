@@ -17,7 +17,7 @@ struct Fibre {
     vec3 normal;
     float blend;           // 0: the step before, 1: this step
     vec3 previous_normal;
-    uint spare;
+    uint plain;            // 1: round, without a cap, of one opaque tissue without a pattern
 };
 
 struct Object {
@@ -27,7 +27,7 @@ struct Object {
 
 /// What the first pass chose for a fibre. `first_vertex` and `first_index` are filled by the scan.
 struct Choice {
-    uint levels;           // ring level, side level << 8; 0xffffffff: not drawn
+    uint levels;           // ring level, side level << 8, LIT_RIBBON, THIN; 0xffffffff: not drawn
     uint rings;
     uint sides;            // 2: a ribbon that faces the eye
     uint first_vertex;
@@ -44,7 +44,30 @@ struct Ring {
     vec4 slope;            // x: share of the tangent in the surface's normal, y: share of the radial direction
 };
 
+/// What the scan writes: the draws.
+struct Draws {
+    // The tubes: VkDrawIndexedIndirectCommand.
+    uint index_total;
+    uint instances;
+    uint first_index;
+    int vertex_offset;
+    uint first_instance;
+    uint vertices;
+    uint drawn;          // fibres that are drawn
+    uint left_out;       // fibres that did not fit
+    // Lit ribbons that hide what is behind them, and those that let it through: VkDrawIndirectCommand.
+    uvec4 solid;
+    uvec4 thin;
+    // Workgroups that skin the tubes: VkDispatchIndirectCommand; w: how many tubes there are.
+    uvec4 groups;
+};
+
 #define NOT_DRAWN 0xffffffffu
+#define LIT_RIBBON 0x10000u // a ribbon that is lit at its rings
+#define THIN 0x20000u       // somewhere thinner than a pixel
+
+/// Vertices of a ribbon that is lit at its rings: a strip, whose first and last stand twice to join it to the next.
+uint strip_count(uint rings) { return 2u * rings + 2u; }
 
 uint ring_count(uint level) { return uint(RINGS) >> level; }
 

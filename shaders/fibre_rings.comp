@@ -5,13 +5,10 @@
 
 #include "view.glsl"
 #include "fibre.glsl"
+#include "fibre_chain.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Fibres { Fibre fibres[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Objects { Object objects[]; };
-layout(set = 0, binding = 3, std430) readonly buffer PreviousNodes { vec4 previous_nodes[]; };
-layout(set = 0, binding = 4, std430) readonly buffer CurrentNodes { vec4 current_nodes[]; };
 layout(set = 0, binding = 5, std430) writeonly buffer Choices { Choice choices[]; };
 layout(set = 0, binding = 6, std430) writeonly buffer Rings { Ring rings[]; };
 
@@ -20,27 +17,8 @@ layout(push_constant) uniform Push {
     uint use_lod;      // 0: everything at full detail, nothing culled
     float ring_step;   // a coarser ring level of n segments is chosen below n^2 times this length [px]
     float side_error;  // a coarser side level is chosen when its silhouette errs by less than this [px]
+    float lit_ribbon;  // a fibre of one colour that is thinner than this [px] is a ribbon that is lit at its rings
 } push;
-
-Fibre fibre;
-vec3 base;
-uint count;
-
-/// Node in eye space, blended between the steps; w: radius.
-vec4 node(uint i) {
-    vec4 a = previous_nodes[fibre.previous_node + i];
-    vec4 b = current_nodes[fibre.current_node + i];
-    vec4 n = mix(a, b, fibre.blend);
-    return vec4(n.xyz + base, n.w);
-}
-
-/// Unit direction of the curve at a node: across its neighbours, along the segment at the ends.
-vec3 node_tangent(uint i) {
-    vec3 a = node(i == 0u ? 0u : i - 1u).xyz;
-    vec3 b = node(min(i + 1u, count - 1u)).xyz;
-    vec3 d = b - a;
-    return d * inversesqrt(max(dot(d, d), 1e-20));
-}
 
 /// Length below which a ring level is fine enough [px].
 float ring_limit(uint level, bool cap) {
@@ -56,10 +34,7 @@ float morph(float value, float limit) {
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= push.fibre_count) return;
-    fibre = fibres[index];
-    Object object = objects[fibre.object];
-    base = mix(object.previous.xyz, object.current.xyz, fibre.blend);
-    count = fibre.nodes_flags & 0xffffu;
+    take(index);
     uint flags = fibre.nodes_flags >> 16;
     bool cap = (flags & FLAG_CAP) != 0u;
 
@@ -69,12 +44,14 @@ void main() {
     vec3 high = first.xyz;
     vec3 last = first.xyz;
     float radius = first.w;
+    float thinnest = first.w;
     float chain = 0.0;
     for (uint i = 1u; i < count; i++) {
         vec4 n = node(i);
         low = min(low, n.xyz);
         high = max(high, n.xyz);
         radius = max(radius, n.w);
+        thinnest = min(thinnest, n.w);
         chain += distance(n.xyz, last);
         last = n.xyz;
     }
@@ -111,6 +88,16 @@ void main() {
         while (ring_level + 1u < uint(RING_LEVELS) && length_px < ring_limit(ring_level + 1u, cap)) ring_level++;
         if (ring_level + 1u < uint(RING_LEVELS)) choice.ring_morph = morph(length_px, ring_limit(ring_level + 1u, cap));
 
+        if (fibre.plain != 0u && radius_px < push.lit_ribbon) {
+            // Where it is thinner than a pixel, what is behind it shines through.
+            bool thin = thinnest < 0.5 * (length(center) + reach) / view.viewport.z;
+            choice.levels = ring_level | LIT_RIBBON | (thin ? THIN : 0u);
+            choice.rings = ring_count(ring_level);
+            choice.sides = 2u;
+            choices[index] = choice;
+            return;
+        }
+
         uint side_level = 0u;
         uint sides = fibre.sides;
         // The silhouette of a polygon with n sides errs by half of r (1 - cos(pi / n)).
@@ -132,52 +119,32 @@ void main() {
     choice.sides = side_count(fibre.sides, choice.levels >> 8);
     choices[index] = choice;
 
-    // Rings from root to tip; `at` walks along the nodes and the frame is carried with it.
-    vec3 tangent = node_tangent(0u);
+    // Rings from root to tip; the frame is carried along with the nodes.
+    Window window = first_window();
+    vec3 tangent = direction(window.before.xyz, window.b.xyz);
     vec3 normal = mix(fibre.previous_normal, fibre.normal, fibre.blend);
     normal -= tangent * dot(normal, tangent);
     if (dot(normal, normal) < 1e-8) normal = cross(tangent, abs(tangent.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0));
     normal = normalize(normal);
-    uint at = 0u;
     float top_radius = node(count - 1u).w;
     for (uint k = 0u; k < choice.rings; k++) {
-        float w = ring_position(ring_level, k, cap);
-        if (ring_level + 1u < uint(RING_LEVELS))
-            w = mix(w, ring_position(ring_level + 1u, k >> 1, cap), choice.ring_morph);
-
+        float w = slid_position(ring_level, k, cap, choice.ring_morph);
         float along = min(w, 1.0) * float(count - 1u);
         uint segment = min(uint(along), count - 2u);
-        float t = along - float(segment);
-        while (at < segment) {
-            at++;
-            vec3 next = node_tangent(at);
+        while (window.segment < segment) {
+            advance(window);
+            vec3 next = direction(window.before.xyz, window.b.xyz);
             normal = transport(normal, tangent, next);
             tangent = next;
         }
-        // Cubic Hermite curve with the nodes' tangents, so that it passes through the nodes.
-        vec4 a = node(segment);
-        vec4 b = node(segment + 1u);
-        float span = distance(a.xyz, b.xyz);
-        vec3 ta = tangent * span;
-        vec3 tb = node_tangent(segment + 1u) * span;
-        float t2 = t * t;
-        float t3 = t2 * t;
-        vec3 p = a.xyz * (2.0 * t3 - 3.0 * t2 + 1.0) + ta * (t3 - 2.0 * t2 + t) + b.xyz * (3.0 * t2 - 2.0 * t3)
-            + tb * (t3 - t2);
-        vec3 d = (a.xyz - b.xyz) * (6.0 * t2 - 6.0 * t) + ta * (3.0 * t2 - 4.0 * t + 1.0) + tb * (3.0 * t2 - 2.0 * t);
-        d *= inversesqrt(max(dot(d, d), 1e-20));
-        float r = mix(a.w, b.w, t);
-
-        // No thinner than a pixel in all; what is too much is taken back as coverage.
-        float pixel = max(dot(p, view.forward.xyz), view.forward.w) / view.viewport.z;
-        float drawn = max(r, 0.5 * pixel);
+        Place c = place(window, along - float(segment));
+        float drawn = drawn_radius(c);
 
         Ring ring;
-        ring.normal = vec4(transport(normal, tangent, d), r / drawn);
-        ring.tangent = vec4(d, w);
-        float taper = (a.w - b.w) / max(span, 1e-9);
-        float bevel = inversesqrt(1.0 + taper * taper);
-        ring.slope = vec4(taper * bevel, bevel, 0.0, 0.0);
+        ring.normal = vec4(transport(normal, tangent, c.d), c.r / drawn);
+        ring.tangent = vec4(c.d, w);
+        float bevel = inversesqrt(1.0 + c.taper * c.taper);
+        ring.slope = vec4(c.taper * bevel, bevel, 0.0, 0.0);
         float factor = 1.0;
         if (w > 1.0) {
             float q = w - 1.0;
@@ -198,9 +165,9 @@ void main() {
                 rise = drawn * sin(angle);
                 ring.slope = vec4(sin(angle), cos(angle), 0.0, 0.0);
             }
-            p += d * rise;
+            c.p += c.d * rise;
         }
-        ring.center = vec4(p, drawn * max(factor, 0.0));
+        ring.center = vec4(c.p, drawn * max(factor, 0.0));
         rings[index * uint(RINGS) + k] = ring;
     }
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // One workgroup: where each drawn fibre's vertices and indices begin (an exclusive prefix sum in the fibres' order, so
-// that every run packs them the same way), and the draw that covers them all.
+// that every run packs them the same way), and the draws that cover them all.
 
 #include "fibre.glsl"
 
@@ -10,89 +10,123 @@
 layout(local_size_x = THREADS) in;
 
 layout(set = 0, binding = 0, std430) buffer Choices { Choice choices[]; };
-layout(set = 0, binding = 1, std430) writeonly buffer Draw {
-    uint index_total;
-    uint instances;
-    uint first_index;
-    int vertex_offset;
-    uint first_instance;
-    uint vertices;
-    uint drawn;       // fibres that are drawn
-    uint left_out;    // fibres that did not fit
-} draw;
+layout(set = 0, binding = 1, std430) writeonly buffer Draw { Draws draw; };
+layout(set = 0, binding = 2, std430) writeonly buffer Tubes { uint tubes[]; }; // fibres that are tubes
 
 layout(push_constant) uniform Push {
     uint fibre_count;
     uint vertex_limit;
     uint index_limit;
+    uint groups_x;       // workgroups along x at most
 } push;
 
-shared uint vertex_sum[THREADS];
-shared uint index_sum[THREADS];
-shared uint drawn_sum[THREADS];
-shared uint left_sum[THREADS];
-shared uint fitted_sum[THREADS];
+/// What some fibres need.
+struct Needs {
+    uint vertices;
+    uint indices;
+    uint tubes;
+    uint solid;
+    uint thin;
+    uint ribbons;
+};
+
+shared Needs needs[THREADS];
+shared uint left_out[THREADS];
 
 void main() {
     uint thread = gl_LocalInvocationID.x;
     uint chunk = (push.fibre_count + uint(THREADS) - 1u) / uint(THREADS);
     uint from = min(thread * chunk, push.fibre_count);
     uint to = min(from + chunk, push.fibre_count);
-    uint v = 0u;
-    uint n = 0u;
+    Needs own = Needs(0u, 0u, 0u, 0u, 0u, 0u);
     for (uint i = from; i < to; i++) {
-        if (choices[i].levels == NOT_DRAWN) continue;
-        v += vertex_count(choices[i].rings, choices[i].sides);
-        n += index_count(choices[i].rings, choices[i].sides);
-    }
-    vertex_sum[thread] = v;
-    index_sum[thread] = n;
-    barrier();
-    v = 0u;
-    n = 0u;
-    for (uint i = 0u; i < thread; i++) {
-        v += vertex_sum[i];
-        n += index_sum[i];
-    }
-    uint drawn = 0u;
-    uint left = 0u;
-    uint fitted = 0u;
-    for (uint i = from; i < to; i++) {
-        if (choices[i].levels == NOT_DRAWN) continue;
-        uint dv = vertex_count(choices[i].rings, choices[i].sides);
-        uint dn = index_count(choices[i].rings, choices[i].sides);
-        if (v + dv > push.vertex_limit || n + dn > push.index_limit) {
-            choices[i].levels = NOT_DRAWN;
-            left++;
+        uint levels = choices[i].levels;
+        if (levels == NOT_DRAWN) continue;
+        uint rings = choices[i].rings;
+        if ((levels & LIT_RIBBON) != 0u) {
+            if ((levels & THIN) != 0u) own.thin += strip_count(rings);
+            else own.solid += strip_count(rings);
+            own.ribbons++;
         } else {
-            choices[i].first_vertex = v;
-            choices[i].first_index = n;
-            drawn++;
-            fitted += dn;
+            uint sides = choices[i].sides;
+            own.vertices += vertex_count(rings, sides);
+            own.indices += index_count(rings, sides);
+            own.tubes++;
         }
-        v += dv;
-        n += dn;
     }
-    drawn_sum[thread] = drawn;
-    left_sum[thread] = left;
-    fitted_sum[thread] = fitted;
+    needs[thread] = own;
     barrier();
-    if (thread == uint(THREADS) - 1u) {
+    // Thin ribbons come after all solid ones.
+    Needs at = Needs(0u, 0u, 0u, 0u, 0u, 0u);
+    for (uint i = 0u; i < uint(THREADS); i++) {
+        at.thin += needs[i].solid;
+        if (i >= thread) continue;
+        at.vertices += needs[i].vertices;
+        at.indices += needs[i].indices;
+        at.tubes += needs[i].tubes;
+        at.solid += needs[i].solid;
+        at.thin += needs[i].thin;
+    }
+    // There is room for all ribbons. Tubes that do not fit are left out, and so are all that come after them.
+    own.vertices = 0u;
+    own.indices = 0u;
+    uint left = own.tubes;
+    own.tubes = 0u;
+    for (uint i = from; i < to; i++) {
+        uint levels = choices[i].levels;
+        if (levels == NOT_DRAWN) continue;
+        uint rings = choices[i].rings;
+        if ((levels & LIT_RIBBON) != 0u) {
+            bool thin = (levels & THIN) != 0u;
+            uint strip = strip_count(rings);
+            choices[i].first_vertex = thin ? at.thin : at.solid;
+            if (thin) at.thin += strip;
+            else at.solid += strip;
+            continue;
+        }
+        uint sides = choices[i].sides;
+        uint v = vertex_count(rings, sides);
+        uint n = index_count(rings, sides);
+        if (at.vertices + v > push.vertex_limit || at.indices + n > push.index_limit) {
+            choices[i].levels = NOT_DRAWN;
+        } else {
+            choices[i].first_vertex = at.vertices;
+            choices[i].first_index = at.indices;
+            tubes[at.tubes + own.tubes] = i;
+            own.vertices += v;
+            own.indices += n;
+            own.tubes++;
+            left--;
+        }
+        at.vertices += v;
+        at.indices += n;
+    }
+    barrier();
+    needs[thread] = own;
+    left_out[thread] = left;
+    barrier();
+    if (thread == 0u) {
+        Needs all = Needs(0u, 0u, 0u, 0u, 0u, 0u);
+        uint all_left = 0u;
+        for (uint i = 0u; i < uint(THREADS); i++) {
+            all.vertices += needs[i].vertices;
+            all.indices += needs[i].indices;
+            all.tubes += needs[i].tubes;
+            all.solid += needs[i].solid;
+            all.thin += needs[i].thin;
+            all.ribbons += needs[i].ribbons;
+            all_left += left_out[i];
+        }
+        draw.index_total = all.indices;
         draw.instances = 1u;
         draw.first_index = 0u;
         draw.vertex_offset = 0;
         draw.first_instance = 0u;
-        draw.vertices = min(v, push.vertex_limit);
-        uint d = 0u;
-        uint l = 0u;
-        uint total = 0u;
-        for (uint i = 0u; i < uint(THREADS); i++) {
-            d += drawn_sum[i];
-            l += left_sum[i];
-            total += fitted_sum[i];
-        }
-        draw.index_total = total;
-        draw.drawn = d;
-        draw.left_out = l;
+        draw.vertices = all.vertices;
+        draw.drawn = all.tubes + all.ribbons;
+        draw.left_out = all_left;
+        draw.solid = uvec4(all.solid, 1u, 0u, 0u);
+        draw.thin = uvec4(all.thin, 1u, all.solid, 0u);
+        draw.groups = uvec4(min(all.tubes, push.groups_x), (all.tubes + push.groups_x - 1u) / push.groups_x, 1u, all.tubes);
     }
 }

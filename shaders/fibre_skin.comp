@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup a fibre: the vertices of its rings in clip space, and the triangles between them.
+// One workgroup a tube: the vertices of its rings in clip space, and the triangles between them.
 
 #include "view.glsl"
 #include "fibre.glsl"
@@ -13,15 +13,20 @@ layout(set = 0, binding = 3, std430) readonly buffer Rings { Ring rings[]; };
 layout(set = 0, binding = 4, std430) writeonly buffer Vertices { uint vertices[]; };
 layout(set = 0, binding = 5, std430) writeonly buffer Indices { uint indices[]; };
 
-layout(push_constant) uniform Push { uint fibre_count; } push;
+layout(set = 0, binding = 6, std430) readonly buffer Tubes { uint tubes[]; };
+layout(set = 0, binding = 7, std430) readonly buffer Draw { Draws draw; };
+
+layout(push_constant) uniform Push {
+    uint groups_x;
+} push;
 
 #define VERTEX_WORDS 11u
 
 void main() {
-    uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 32768u;
-    if (index >= push.fibre_count) return;
+    uint tube = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
+    if (tube >= draw.groups.w) return;
+    uint index = tubes[tube];
     Choice choice = choices[index];
-    if (choice.levels == NOT_DRAWN) return;
     Fibre fibre = fibres[index];
     uint flags = fibre.nodes_flags >> 16;
     uint sides = choice.sides;

@@ -1,9 +1,6 @@
 // Sand: two ripple trains that fork where they disagree, grain, and colours between dune and trough.
 // Needs `noise` (tiling; r, a: two noises, g, b: slope of r) and `contact` (r: open to the water, g: open to the sun).
 
-const vec3 SAND_LIGHT = vec3(0.760, 0.615, 0.400);
-const vec3 SAND_DARK = vec3(0.490, 0.370, 0.215);
-
 struct Sand {
     vec3 albedo;
     vec3 normal;

@@ -6,3 +6,6 @@ vec3 ambient_light(vec3 normal, vec3 sea_light, vec3 ground) {
     vec3 water = mix(vec3(1.0), view.scattered.rgb / max(max(view.scattered.r, view.scattered.g), view.scattered.b), 0.35);
     return view.ambient.rgb * sea_light * mix(ground * 0.8, water, up);
 }
+
+const vec3 SAND_LIGHT = vec3(0.760, 0.615, 0.400);
+const vec3 SAND_DARK = vec3(0.490, 0.370, 0.215);

@@ -1,5 +1,9 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 // Forces and moments, drawn over the sea in their own colours.
+
+#include "view.glsl"
+#include "shown.glsl"
 
 layout(location = 0) in vec4 line_color;
 layout(location = 1) in float edge;
@@ -11,5 +15,5 @@ layout(push_constant) uniform Push {
 
 void main() {
     float cover = clamp(push.width * 0.5 + 0.5 - abs(edge), 0.0, 1.0);
-    color = vec4(line_color.rgb, line_color.a * cover);
+    color = written(line_color.rgb, line_color.a * cover, gl_FragCoord.xy);
 }

@@ -6,18 +6,16 @@
 #include "water.glsl"
 #include "caustics.glsl"
 #include "light.glsl"
+#include "shown.glsl"
 
 layout(set = 0, binding = 3) uniform sampler2D noise;
 layout(set = 0, binding = 4) uniform sampler2D contact;
 
 #include "ground.glsl"
+#include "rock.glsl"
 
 layout(location = 0) in vec4 normal_buried;
 layout(location = 0) out vec4 color;
-
-const vec3 ROCK = vec3(0.147, 0.122, 0.098);
-const vec3 CORALLINE = vec3(0.434, 0.092, 0.195);
-const vec3 TURF = vec3(0.156, 0.195, 0.042);
 
 void main() {
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
@@ -44,19 +42,7 @@ void main() {
     }
     vec3 bent = normalize(n - bump * 1.5);
 
-    float up = n.y * 0.5 + 0.5;
-    vec3 albedo = ROCK * (0.75 + 0.9 * t.r) * (0.8 + 0.4 * detail);
-    float shaded = 1.0 - clamp(dot(n, view.sun.xyz) * 1.3 + 0.35, 0.0, 1.0);
-    float crust = smoothstep(0.52, 0.60, t.a * 0.7 + detail * 0.22 + shaded * 0.40 - 0.12);
-    albedo = mix(albedo, CORALLINE * (0.55 + 0.7 * t.r) * (0.75 + 0.5 * detail), crust * 0.85);
-    float turf = smoothstep(0.66, 0.92, up) * smoothstep(0.40, 0.60, t.r * 0.55 + detail * 0.5);
-    albedo = mix(albedo, TURF * (0.35 + 1.1 * detail), turf * 0.75);
-
-    float above = normal_buried.w * 0.25;
-    float sandy = 1.0 - smoothstep(0.0, 0.03 + 0.05 * max(n.y, 0.0), above + (t.a - 0.5) * 0.05);
-    albedo = mix(albedo, mix(SAND_DARK, SAND_LIGHT, t.r), sandy * 0.9);
-
-    float open = mix(0.42, 1.0, smoothstep(0.0, 0.30, above)) * mix(0.55, 1.0, smoothstep(0.1, 0.6, up));
-    open *= 0.75 + 0.5 * (t.r - 0.25);
-    color = vec4(through_water(lit_ground(albedo, bent, p, vec2(open, 1.0)), p), 1.0);
+    float open;
+    vec3 albedo = boulder(n, t, detail, normal_buried.w * 0.25, open);
+    color = written(through_water(lit_ground(albedo, bent, p, vec2(open, 1.0)), p), 1.0, gl_FragCoord.xy);
 }

@@ -5,13 +5,11 @@
 #include "view.glsl"
 #include "water.glsl"
 #include "sky.glsl"
+#include "shown.glsl"
 
 layout(location = 0) out vec4 color;
 
 void main() {
-    if (view.beam.w > 0.5) {
-        color = vec4(view.plain.rgb, 1.0);
-        return;
-    }
-    color = vec4(background(normalize(pixel_ray(gl_FragCoord.xy))), 1.0);
+    vec3 light = background(normalize(pixel_ray(gl_FragCoord.xy)));
+    color = written(view.beam.w > 0.5 ? view.plain.rgb : light, 1.0, gl_FragCoord.xy);
 }

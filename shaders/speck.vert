@@ -6,6 +6,7 @@
 #include "water.glsl"
 #include "caustics.glsl"
 #include "sprite.glsl"
+#include "shown.glsl"
 
 layout(location = 0) flat out vec4 out_color;
 layout(location = 1) flat out vec3 out_middle;
@@ -18,7 +19,7 @@ void main() {
     float width = max(true_width, push.least);
     float share = true_width / width;
     vec4 tint = tint_of(sprite) * (share * share);
-    out_color = vec4(sprite_light(p) * tint.rgb + sprite_fog(p) * tint.a, tint.a);
+    out_color = veil(vec4(sprite_light(p) * tint.rgb + sprite_fog(p) * tint.a, tint.a));
     out_middle = vec3((gl_Position.xy / gl_Position.w * 0.5 + 0.5) * view.viewport.xy, width * 0.5 + 0.5);
     // Every pixel that the square touches.
     gl_PointSize = width + 1.0;

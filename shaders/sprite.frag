@@ -3,6 +3,7 @@
 // A sprite's texture (linear light times coverage), lit, behind its fog, soft where something stands close behind it.
 
 #include "view.glsl"
+#include "shown.glsl"
 
 layout(set = 0, binding = 2) uniform sampler2DArray layers;
 layout(set = 0, binding = 3) uniform sampler2D depths;
@@ -19,5 +20,5 @@ void main() {
     // Reversed depth: the near plane's distance over the distance.
     float behind = view.forward.w / max(texelFetch(depths, ivec2(gl_FragCoord.xy), 0).r, 1e-7);
     float soft = clamp((behind - 1.0 / gl_FragCoord.w) * layer.y, 0.0, 1.0);
-    color = vec4(light * texel.rgb + fog.rgb * texel.a, fog.a * texel.a) * soft;
+    color = veil(vec4(light * texel.rgb + fog.rgb * texel.a, fog.a * texel.a)) * soft;
 }

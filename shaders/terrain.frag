@@ -6,6 +6,7 @@
 #include "water.glsl"
 #include "caustics.glsl"
 #include "light.glsl"
+#include "shown.glsl"
 
 layout(set = 0, binding = 3) uniform sampler2D noise;
 layout(set = 0, binding = 4) uniform sampler2D contact;
@@ -19,5 +20,5 @@ void main() {
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
     Sand sand = sand_at(p.xz + view.eye.xz, slope, length(p));
     vec2 open = texture(contact, (p.xz - view.contact_origin.xy) * view.terrain_size.zw).rg;
-    color = vec4(through_water(lit_ground(sand.albedo, sand.normal, p, open), p), 1.0);
+    color = written(through_water(lit_ground(sand.albedo, sand.normal, p, open), p), 1.0, gl_FragCoord.xy);
 }

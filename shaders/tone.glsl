@@ -4,13 +4,12 @@
 vec3 neutral_tone(vec3 color) {
     const float start = 0.8;
     const float desaturation = 0.15;
-    float peak = max(color.r, max(color.g, color.b));
-    if (peak < start) return color;
+    float peak = max(max(color.r, max(color.g, color.b)), start);
     float d = 1.0 - start;
     float compressed = 1.0 - d * d / (peak + d - start);
-    color *= compressed / peak;
     float g = 1.0 / (desaturation * (peak - compressed) + 1.0);
-    return mix(vec3(compressed), color, g);
+    // At the start of the curve g is 1 and nothing changes, below it neither.
+    return mix(vec3(compressed), color * (compressed / peak), g);
 }
 
 vec3 srgb_encode(vec3 c) {

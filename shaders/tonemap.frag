@@ -7,25 +7,25 @@
 layout(set = 0, binding = 0) uniform sampler2D hdr;
 layout(location = 0) out vec4 color;
 
-layout(push_constant) uniform Push {
-    float exposure;
-    uint encode; // 1: the target stores what it is given; 0: it encodes sRGB by itself
-    int samples; // along each side of a pixel
-    uint curve;  // 0: a diagram, whose colours are shown as they are
-} push;
+layout(constant_id = 2) const uint ENCODE = 1u; // 1: the target stores what it is given; 0: it encodes sRGB by itself
+layout(constant_id = 3) const int SAMPLES = 1;  // along each side of a pixel
+layout(constant_id = 4) const uint CURVE = 1u;  // 0: a diagram, whose colours are shown as they are; 2: what is shown already
+
+layout(push_constant) uniform Push { float exposure; } push;
 
 void main() {
     // The curve comes before the mean: an edge between dark and dazzling stays smooth.
     vec3 shown = vec3(0.0);
-    ivec2 corner = ivec2(gl_FragCoord.xy) * push.samples;
-    for (int y = 0; y < push.samples; y++)
-        for (int x = 0; x < push.samples; x++) {
-            vec3 light = texelFetch(hdr, corner + ivec2(x, y), 0).rgb * push.exposure;
-            shown += push.curve == 0u ? clamp(light, 0.0, 1.0) : neutral_tone(light);
+    ivec2 corner = ivec2(gl_FragCoord.xy) * SAMPLES;
+    for (int y = 0; y < SAMPLES; y++)
+        for (int x = 0; x < SAMPLES; x++) {
+            vec3 light = texelFetch(hdr, corner + ivec2(x, y), 0).rgb;
+            if (CURVE != 2u) light *= push.exposure;
+            shown += CURVE == 1u ? neutral_tone(light) : clamp(light, 0.0, 1.0);
         }
-    shown = srgb_encode(shown / float(push.samples * push.samples));
-    shown += (dither(gl_FragCoord.xy) - 0.5) / 255.0;
-    if (push.encode == 0u) {
+    shown /= float(SAMPLES * SAMPLES);
+    if (CURVE != 2u) shown = srgb_encode(shown) + (dither(gl_FragCoord.xy) - 0.5) / 255.0;
+    if (ENCODE == 0u) {
         shown = clamp(shown, 0.0, 1.0);
         shown = mix(shown / 12.92, pow((shown + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), shown));
     }

@@ -21,7 +21,7 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 sun_color;        // just below the surface; w: how many of the caustic waves, the first, are the scene's own
     vec4 ambient;          // just below the surface; w: time [s]
     vec4 beam;             // c [1/m]; w: 1 plain background, 0 sea
-    vec4 downwelling;      // Kd [1/m]; w: 1 high quality, 0 low
+    vec4 downwelling;      // Kd [1/m]; w: brightness of the picture; 1 is the scene's own
     vec4 scattered;        // W0 at the surface; w: y of the surface [m]
     vec4 plain;            // plain background; w: height of the terrain's sand ripples [m]
     vec4 terrain_origin;   // x, z of the first height relative to the eye [m]; cell [m]; y of height 0 relative to the eye
@@ -31,6 +31,7 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 wave[WAVES];      // wave vector x, z [rad/m]; A k^2 [1/m]; phase at the eye [rad]
     vec4 surface[SURFACE_WAVES]; // wave vector x, z [rad/m]; amplitude [m]; phase at the eye [rad]
     vec4 bed;              // mean depth of the bed below the surface [m]
+    vec4 focus[WAVES];     // A k^2 [1/m] times the unit wave vector's x x, z z, x z
 } view;
 
 vec3 sea_light_at(float depth) {

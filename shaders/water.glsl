@@ -21,8 +21,8 @@ vec3 scattered_light(vec3 direction, float distance) {
 
 /// What reaches the eye of `light` that leaves the point `p` in eye space.
 vec3 through_water(vec3 light, vec3 p) {
-    if (view.beam.w > 0.5) return light;
     float distance = length(p);
     vec3 direction = p / max(distance, 1e-6);
-    return light * exp(-view.beam.rgb * distance) + scattered_light(direction, distance);
+    vec3 seen = light * exp(-view.beam.rgb * distance) + scattered_light(direction, distance);
+    return view.beam.w > 0.5 ? light : seen;
 }

@@ -198,7 +198,7 @@ fn settings(options: &ViewOptions) -> Settings {
     let (_, quality) = QUALITIES.get(options.quality).copied().unwrap_or(QUALITIES[QUALITIES.len() - 1]);
     Settings {
         quality,
-        detail: options.levels_of_detail.then(Thresholds::default),
+        detail: options.levels_of_detail.then(|| Thresholds::of(quality)),
         debug_channels: options.debug_shown,
         ..Settings::default()
     }

@@ -19,6 +19,7 @@ use super::{
     error::{Call, GpuError, Result},
     fault::Fault,
     garbage::{Bin, Garbage},
+    heap,
     instance::{Instance, Surface, Validation},
     pipeline_cache::PipelineCache,
     samplers::Samplers,
@@ -104,6 +105,9 @@ impl Gpu {
         let devices = device::enumerate(&instance, surface)?;
         let info = device::choose(devices, options.device.as_deref())?;
         tracing::info!("drawing on {info}");
+        if info.kind == "cpu" {
+            heap::keep();
+        }
         let raw = device::create(&instance, &info, surface.is_some())?;
         // SAFETY: the family was asked for with one queue.
         let queue = unsafe { raw.get_device_queue(info.family, 0) };

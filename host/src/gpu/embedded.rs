@@ -4,6 +4,9 @@
 pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("fibre.frag", include_bytes!("../../../shaders/spv/fibre.frag.spv")),
     ("fibre.vert", include_bytes!("../../../shaders/spv/fibre.vert.spv")),
+    ("fibre_ribbon.comp", include_bytes!("../../../shaders/spv/fibre_ribbon.comp.spv")),
+    ("fibre_ribbon.frag", include_bytes!("../../../shaders/spv/fibre_ribbon.frag.spv")),
+    ("fibre_ribbon.vert", include_bytes!("../../../shaders/spv/fibre_ribbon.vert.spv")),
     ("fibre_rings.comp", include_bytes!("../../../shaders/spv/fibre_rings.comp.spv")),
     ("fibre_scan.comp", include_bytes!("../../../shaders/spv/fibre_scan.comp.spv")),
     ("fibre_skin.comp", include_bytes!("../../../shaders/spv/fibre_skin.comp.spv")),
@@ -12,6 +15,8 @@ pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("line.vert", include_bytes!("../../../shaders/spv/line.vert.spv")),
     ("rock.frag", include_bytes!("../../../shaders/spv/rock.frag.spv")),
     ("rock.vert", include_bytes!("../../../shaders/spv/rock.vert.spv")),
+    ("rock_low.frag", include_bytes!("../../../shaders/spv/rock_low.frag.spv")),
+    ("rock_low.vert", include_bytes!("../../../shaders/spv/rock_low.vert.spv")),
     ("selftest_color.frag", include_bytes!("../../../shaders/spv/selftest_color.frag.spv")),
     ("selftest_picture.vert", include_bytes!("../../../shaders/spv/selftest_picture.vert.spv")),
     ("selftest_sample.frag", include_bytes!("../../../shaders/spv/selftest_sample.frag.spv")),
@@ -25,5 +30,7 @@ pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("sprite.vert", include_bytes!("../../../shaders/spv/sprite.vert.spv")),
     ("terrain.frag", include_bytes!("../../../shaders/spv/terrain.frag.spv")),
     ("terrain.vert", include_bytes!("../../../shaders/spv/terrain.vert.spv")),
+    ("terrain_low.frag", include_bytes!("../../../shaders/spv/terrain_low.frag.spv")),
+    ("terrain_low.vert", include_bytes!("../../../shaders/spv/terrain_low.vert.spv")),
     ("tonemap.frag", include_bytes!("../../../shaders/spv/tonemap.frag.spv")),
 ];

@@ -25,6 +25,7 @@ mod fault;
 mod frames;
 mod garbage;
 pub mod graph;
+mod heap;
 mod image;
 mod instance;
 mod machine;

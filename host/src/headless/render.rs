@@ -15,6 +15,7 @@ use crate::{
     failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Picture, Validation, packages},
     open::{self, say},
+    render::{Quality, Settings},
 };
 
 /// Greatest side of a picture [px].
@@ -42,6 +43,9 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
+    /// `low` draws quickly, with simpler water, ground and thin things.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = Quality::High)]
+    pub quality: Quality,
 }
 
 /// Parses `WxH`.
@@ -110,7 +114,8 @@ fn frames(
     sink: &mut Sink,
 ) -> Result<f64, Failure> {
     let mut studio = Studio::new(gpu, size)?;
-    let settings = show.settings();
+    let settings =
+        Settings { detail: Settings::of(args.quality).detail, quality: args.quality, ..show.settings() };
     let bar = open::progress(args.frames, "frames", !common.json);
     let began = Instant::now();
     for n in 0..args.frames {

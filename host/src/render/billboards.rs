@@ -90,7 +90,7 @@ impl Billboards {
         view: Upload,
         (sea, back): (&world::frame::Frame, f32),
         (lens, samples, quality): (&Lens, u32, Quality),
-        targets: &Targets,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         if sea.outputs.iter().all(|outputs| outputs.billboards.is_empty()) {
             return Ok(());
@@ -115,9 +115,9 @@ impl Billboards {
         let mut pass = frame
             .pass("sprites")
             .read(texels, Access::FragmentSampled)
-            .read(&targets.depth, Access::FragmentSampled)
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::ReadOnly);
+            .read(targets.depth, Access::FragmentSampled)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::ReadOnly);
         if let Some((_, indices)) = &self.indices {
             pass = pass.read(indices, Access::IndexRead);
         }
@@ -136,7 +136,7 @@ impl Billboards {
                                 (0, view.into()),
                                 (1, sprites.into()),
                                 (2, Resource::Texture(texels, sampler)),
-                                (3, Resource::Texture(&targets.depth, self.sampler)),
+                                (3, Resource::Texture(targets.depth, self.sampler)),
                             ])?;
                         }
                     }

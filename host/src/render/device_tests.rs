@@ -6,7 +6,7 @@ use reef_abi as abi;
 
 use super::{
     Quality, Settings, Shot,
-    fibres::VERTEX_WORDS,
+    fibres::{STRIP_WORDS, VERTEX_WORDS},
     gather, lod, sample,
     twin::{self, Skinned},
     view::{self, Lens},
@@ -147,6 +147,103 @@ fn the_gpus_vertices_are_those_of_the_twin() {
     }
     drop(studio);
     gpu.close();
+}
+
+/// A strip's vertices as the device wrote them: clip space and coverage.
+fn strip_vertex(v: &[u32; STRIP_WORDS]) -> (Vec4, f32) {
+    let clip =
+        Vec4::new(f32::from_bits(v[0]), f32::from_bits(v[1]), f32::from_bits(v[2]), f32::from_bits(v[3]));
+    (clip, (v[4] >> 24) as f32 / 255.0)
+}
+
+#[test]
+fn the_gpus_ribbons_are_those_of_the_twin_solid_ones_before_thin_ones() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let camera = hero();
+    let [previous, current] = two_steps(|sway| sample::garden(&environment, sway), camera);
+    let lens = Lens::new(&camera, [SIZE.0, SIZE.1], view::visibility(&environment));
+    let shot = Shot { previous: &previous, current: &current, alpha: 0.3, camera, environment: &environment };
+    let settings = Settings::of(Quality::Low);
+    let limits = settings.detail.expect("low quality has levels of detail");
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    studio.run(&shot, &settings).expect("a picture");
+    let seen = studio.renderer().fibres().read_back_strips().expect("read back");
+    let counts = studio.renderer().fibres().counts().expect("read back");
+    let (tubes, _) = studio.renderer().fibres().read_back().expect("read back");
+    drop(studio);
+    gpu.close();
+
+    let gathered = gather::gather(&previous, &current, 0.3, &lens, 0);
+    let strips: Vec<Option<twin::Strip>> =
+        (0..gathered.fibres.len()).map(|i| twin::strip(&gathered, i, &lens, &limits)).collect();
+    let of = |thin: bool| strips.iter().flatten().filter(move |s| s.thin == thin);
+    let expected: Vec<(Vec4, f32)> = of(false).chain(of(true)).flat_map(|s| s.vertices.clone()).collect();
+    let solid = of(false).map(|s| s.vertices.len()).sum::<usize>();
+    assert_eq!((counts.solid[0] as usize, counts.thin[2] as usize), (solid, solid));
+    assert!(of(false).count() > 20 && of(true).count() > 20, "the scene has both kinds");
+    assert_eq!(seen.len(), expected.len());
+    for (i, (v, (clip, coverage))) in seen.iter().zip(&expected).enumerate() {
+        let (seen, covered) = strip_vertex(v);
+        // As in `assert_same`; coverage is packed into 8 bits.
+        assert!(seen.distance(*clip) < 2e-5 * (1.0 + clip.length()), "vertex {i}: {seen} and {clip}");
+        assert!((covered - coverage).abs() < 0.003, "vertex {i}: {covered} and {coverage}");
+    }
+    let others = strips.iter().enumerate().filter(|(_, strip)| strip.is_none());
+    let skinned = others.filter_map(|(i, _)| twin::skin(&gathered, i, &lens, Some(&limits)));
+    assert_eq!(tubes.len(), skinned.map(|s| s.vertices.len()).sum::<usize>(), "all others are tubes");
+}
+
+#[test]
+fn low_quality_shows_the_same_sea_and_its_ribbons_the_same_tentacles() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let low = Settings::of(Quality::Low);
+    let side = sample::looking_at(DVec3::new(-3.0, -2.9, 2.4), DVec3::new(0.0, -3.8, -2.0));
+    let cameras = [("low-garden", hero()), ("low-wide", side)];
+    for (name, camera) in cameras {
+        let [previous, current] = two_steps(|sway| sample::garden(&environment, sway), camera);
+        let shot =
+            Shot { previous: &previous, current: &current, alpha: 0.5, camera, environment: &environment };
+        let high = studio.shoot(&shot, &Settings::default()).expect("a picture");
+        let shown = studio.shoot(&shot, &low).expect("a picture");
+        let tubes = studio.shoot(&shot, &Settings { detail: None, ..low }).expect("a picture");
+        keep(name, &shown);
+        keep(&format!("{name}-tubes"), &tubes);
+        keep(&format!("{name}-high"), &high);
+        // Means over blocks of 40 pixels: what a person sees from afar. Shafts that are left out, caustics of four waves
+        // instead of eight, and another sand move blocks of water and ground; ribbons stand for round tissue.
+        for (other, mean, most) in [(&high, 7.0, 45.0), (&tubes, 0.8, 12.0)] {
+            let (seen_mean, seen_most) = block_difference(&shown, other);
+            assert!(seen_mean < mean && seen_most < most, "{name}: {seen_mean} and {seen_most}");
+        }
+        let fine = studio.shoot(&shot, &Settings { samples: 2, ..low }).expect("a picture");
+        let (mean, most) = block_difference(&shown, &fine);
+        assert!(mean < 1.5 && most < 12.0, "{name}, through the tone pass: {mean} and {most}");
+    }
+    drop(studio);
+    gpu.close();
+}
+
+/// Mean and greatest difference of two pictures' means over blocks of 40 pixels.
+fn block_difference(a: &Picture, b: &Picture) -> (f32, f32) {
+    const BLOCK: u32 = 40;
+    let mean = |picture: &Picture, x: u32, y: u32, channel: usize| -> f32 {
+        let sum: u32 = (0..BLOCK * BLOCK)
+            .filter_map(|i| picture.pixel(x + i % BLOCK, y + i / BLOCK))
+            .map(|p| u32::from(p[channel]))
+            .sum();
+        sum as f32 / (BLOCK * BLOCK) as f32
+    };
+    let mut differences = Vec::new();
+    for y in (0..a.height).step_by(BLOCK as usize) {
+        for x in (0..a.width).step_by(BLOCK as usize) {
+            differences.extend((0..3).map(|c| (mean(a, x, y, c) - mean(b, x, y, c)).abs()));
+        }
+    }
+    let sum: f32 = differences.iter().sum();
+    (sum / differences.len() as f32, differences.into_iter().fold(0.0, f32::max))
 }
 
 /// Mean and standard deviation of a channel over some rows.

@@ -1,9 +1,13 @@
-//! The fibres: three compute passes that blend, cull, choose detail and skin, and one draw.
+//! The fibres: compute passes that blend, cull, choose detail and skin, and the draws.
 //!
 //! 1. `fibre_rings.comp`, one invocation a fibre: node chains of two steps → rings, or nothing where it is culled;
 //! 2. `fibre_scan.comp`, one work group: where each fibre's vertices and indices lie, in the fibres' order;
-//! 3. `fibre_skin.comp`, one work group a fibre: vertices in clip space and triangles;
-//! 4. `fibre.vert` and `fibre.frag`.
+//! 3. `fibre_skin.comp`, one work group a tube: vertices in clip space and triangles;
+//! 4. `fibre_ribbon.comp`, one invocation a lit ribbon: a strip of vertices with their light;
+//! 5. `fibre.vert` and `fibre.frag` draw the tubes, `fibre_ribbon.vert` and `fibre_ribbon.frag` the lit ribbons.
+//!
+//! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
+//! shaded there, and last where they are thinner than a pixel.
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
@@ -14,17 +18,23 @@ use super::{
     gather::Gathered,
     lod::{RINGS, Thresholds},
     quality::Quality,
-    targets::{DEPTH, LIGHT, Targets},
+    targets::{DEPTH, Targets},
 };
 use crate::gpu::{
     Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
     Pipeline, Result, Upload, VertexDesc,
 };
 
-/// Words of a vertex, as in `fibre_skin.comp`.
+/// Words of a tube's vertex, as in `fibre_skin.comp`.
 pub const VERTEX_WORDS: usize = 11;
+/// Words of a lit ribbon's vertex, as in `fibre_ribbon.comp`.
+pub const STRIP_WORDS: usize = 6;
+/// Vertices of a lit ribbon at most.
+const STRIP_VERTICES: u64 = 2 * RINGS as u64 + 2;
 /// Vertices of one picture at most: their buffer has to stay below 128 MiB, the least that Vulkan promises.
 const MOST_VERTICES: u64 = 3_000_000;
+/// Vertices of one picture's lit ribbons at most, for the same reason.
+const MOST_STRIP_VERTICES: u64 = 5_000_000;
 /// Indices of one picture at most.
 const MOST_INDICES: u64 = 24_000_000;
 /// Work groups along x; the rest goes along y.
@@ -37,6 +47,7 @@ struct RingsPush {
     use_lod: u32,
     ring_step: f32,
     side_error: f32,
+    lit_ribbon: f32,
 }
 
 #[repr(C)]
@@ -45,13 +56,14 @@ struct ScanPush {
     fibre_count: u32,
     vertex_limit: u32,
     index_limit: u32,
+    groups_x: u32,
 }
 
-/// What the scan wrote: the draw, then counts for people.
+/// What the scan wrote, `Draws` of `shaders/fibre.glsl`: the draws, and counts for people.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct DrawCounts {
-    /// Indices that are drawn.
+    /// Indices of the tubes.
     pub indices: u32,
     /// 1.
     pub instances: u32,
@@ -61,13 +73,24 @@ pub struct DrawCounts {
     pub vertex_offset: i32,
     /// 0.
     pub first_instance: u32,
-    /// Vertices that were skinned.
+    /// Vertices of the tubes.
     pub vertices: u32,
     /// Fibres that are drawn.
     pub drawn: u32,
     /// Fibres that did not fit into the buffers.
     pub left_out: u32,
+    /// Vertices, 1, first vertex, 0 of the lit ribbons that hide what is behind them.
+    pub solid: [u32; 4],
+    /// The same of those that let it through.
+    pub thin: [u32; 4],
+    /// Work groups that skin the tubes, and how many tubes there are.
+    pub groups: [u32; 4],
 }
+
+/// Where the draws of lit ribbons lie in [`DrawCounts`], and the tubes' work groups.
+const SOLID_DRAW: u64 = 32;
+const THIN_DRAW: u64 = 48;
+const TUBE_GROUPS: u64 = 64;
 
 struct Buffers {
     fibres: u64,
@@ -77,6 +100,15 @@ struct Buffers {
     vertex: Buffer,
     index: Buffer,
     draw: Buffer,
+    tubes: Buffer,
+    strips: Buffer,
+}
+
+impl Buffers {
+    /// Whether so many fibres could all be lit ribbons.
+    fn strips_fit(&self, fibres: u32) -> bool {
+        u64::from(fibres) * STRIP_VERTICES * STRIP_WORDS as u64 * 4 <= self.strips.size()
+    }
 }
 
 /// What is compiled into the fragment shader: a software rasteriser runs both sides of every branch.
@@ -93,12 +125,22 @@ pub struct Fibres {
     rings: Pipeline,
     scan: Pipeline,
     skin: Pipeline,
+    ribbon: Pipeline,
+    ribbons: Ribbons,
     /// One for each set of patterns and quality that was met.
     draws: Vec<(Variant, Pipeline)>,
     variant: Variant,
     buffers: Option<Buffers>,
     materials: Option<Upload>,
     any: bool,
+    /// Whether fibres may be lit ribbons in this picture.
+    lit: bool,
+}
+
+/// The draws of lit ribbons.
+struct Ribbons {
+    solid: Pipeline,
+    thin: Pipeline,
 }
 
 impl Fibres {
@@ -109,11 +151,18 @@ impl Fibres {
             rings: Pipeline::compute(gpu, "fibre_rings.comp", &[]),
             scan: Pipeline::compute(gpu, "fibre_scan.comp", &[]),
             skin: Pipeline::compute(gpu, "fibre_skin.comp", &[]),
+            // A lit ribbon has no pattern.
+            ribbon: Pipeline::compute(gpu, "fibre_ribbon.comp", &[Quality::Low.constant(), (1, 0)]),
+            ribbons: Ribbons {
+                solid: ribbon_pipeline(gpu, "solid ribbons", Blend::Replace),
+                thin: ribbon_pipeline(gpu, "thin ribbons", Blend::Alpha),
+            },
             draws: Vec::new(),
             variant: Variant::default(),
             buffers: None,
             materials: None,
             any: false,
+            lit: false,
         }
     }
 
@@ -149,6 +198,11 @@ impl Fibres {
         self.materials = Some(frame.upload(&gathered.materials)?);
         self.reserve(u64::from(count), gathered.full_vertices())?;
         let Some(b) = &self.buffers else { return Ok(()) };
+        let full = Thresholds::default();
+        let chosen = limits.unwrap_or(&full);
+        // Light that is shown at once is low quality's.
+        self.lit =
+            quality == Quality::Low && limits.is_some_and(|l| l.lit_ribbon > 0.0) && b.strips_fit(count);
 
         frame
             .pass("fibres: cull, detail, rings")
@@ -165,13 +219,12 @@ impl Fibres {
                     (5, (&b.choices).into()),
                     (6, (&b.rings).into()),
                 ])?;
-                let full = Thresholds::default();
-                let limits_or = limits.unwrap_or(&full);
                 cmd.push(&RingsPush {
                     fibre_count: count,
                     use_lod: u32::from(limits.is_some()),
-                    ring_step: limits_or.ring_step,
-                    side_error: limits_or.side_error,
+                    ring_step: chosen.ring_step,
+                    side_error: chosen.side_error,
+                    lit_ribbon: if self.lit { chosen.lit_ribbon } else { 0.0 },
                 })?;
                 cmd.dispatch_over(count)
             })?;
@@ -180,13 +233,15 @@ impl Fibres {
             .read(&b.choices, Access::ComputeRead)
             .write(&b.choices, Access::ComputeWrite)
             .write(&b.draw, Access::ComputeWrite)
+            .write(&b.tubes, Access::ComputeWrite)
             .run(|cmd| {
                 cmd.pipeline(&self.scan)?;
-                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into())])?;
+                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])?;
                 cmd.push(&ScanPush {
                     fibre_count: count,
                     vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
                     index_limit: (b.index.size() / 4) as u32,
+                    groups_x: GROUPS_X,
                 })?;
                 cmd.dispatch(1, 1, 1);
                 Ok(())
@@ -195,6 +250,9 @@ impl Fibres {
             .pass("fibres: skin")
             .read(&b.choices, Access::ComputeRead)
             .read(&b.rings, Access::ComputeRead)
+            .read(&b.tubes, Access::ComputeRead)
+            .read(&b.draw, Access::ComputeRead)
+            .read(&b.draw, Access::IndirectRead)
             .write(&b.vertex, Access::ComputeWrite)
             .write(&b.index, Access::ComputeWrite)
             .run(|cmd| {
@@ -206,15 +264,52 @@ impl Fibres {
                     (3, (&b.rings).into()),
                     (4, (&b.vertex).into()),
                     (5, (&b.index).into()),
+                    (6, (&b.tubes).into()),
+                    (7, (&b.draw).into()),
+                ])?;
+                cmd.push(&GROUPS_X)?;
+                cmd.dispatch_indirect(Data::Part(&b.draw, TUBE_GROUPS, 12))
+            })?;
+        let (true, Some(materials)) = (self.lit, self.materials) else { return Ok(()) };
+        frame
+            .pass("fibres: ribbons")
+            .read(&b.choices, Access::ComputeRead)
+            .write(&b.strips, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbon)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, objects.into()),
+                    (3, previous.into()),
+                    (4, current.into()),
+                    (5, (&b.choices).into()),
+                    (6, materials.into()),
+                    (7, (&b.strips).into()),
                 ])?;
                 cmd.push(&count)?;
-                cmd.dispatch(count.min(GROUPS_X), count.div_ceil(GROUPS_X), 1);
-                Ok(())
+                cmd.dispatch_over(count)
             })
     }
 
-    /// The draw.
-    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets) -> Result<()> {
+    /// The draw of lit ribbons that hide what is behind them: before everything that they may hide.
+    pub fn draw_solid(&self, frame: &mut Frame<'_>, targets: &Targets<'_>) -> Result<()> {
+        let (Some(b), true) = (&self.buffers, self.any && self.lit) else { return Ok(()) };
+        frame
+            .pass("fibres: solid")
+            .read(&b.strips, Access::AttributeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbons.solid)?;
+                cmd.vertices(0, &b.strips)?;
+                cmd.draw_indirect(Data::Part(&b.draw, SOLID_DRAW, 16), 1)
+            })
+    }
+
+    /// The draw of all other fibres, over the background.
+    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets<'_>) -> Result<()> {
         let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
             return Ok(());
         };
@@ -225,15 +320,22 @@ impl Fibres {
             .pass("fibres: draw")
             .read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
+            .read(&b.strips, Access::AttributeRead)
             .read(&b.draw, Access::IndirectRead)
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::Keep)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(pipeline)?;
                 cmd.bind(&[(0, view.into()), (1, materials.into())])?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)?;
+                if self.lit {
+                    cmd.pipeline(&self.ribbons.thin)?;
+                    cmd.vertices(0, &b.strips)?;
+                    cmd.draw_indirect(Data::Part(&b.draw, THIN_DRAW, 16), 1)?;
+                }
+                Ok(())
             })
     }
 
@@ -262,6 +364,15 @@ impl Fibres {
         Ok((vertices, words(self.gpu.read_buffer(&b.index)?, counts.indices as usize)))
     }
 
+    /// Vertices of the last picture's lit ribbons, the solid ones first. Waits for the device: for tests.
+    pub fn read_back_strips(&self) -> Result<Vec<[u32; STRIP_WORDS]>> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(Vec::new()) };
+        let counts = self.counts()?;
+        let bytes = self.gpu.read_buffer(&b.strips)?;
+        let vertices = bytes.chunks_exact(STRIP_WORDS * 4).take((counts.solid[0] + counts.thin[0]) as usize);
+        Ok(vertices.map(bytemuck::pod_read_unaligned).collect())
+    }
+
     /// Makes the buffers great enough; they only grow.
     fn reserve(&mut self, fibres: u64, vertices: u64) -> Result<()> {
         let vertices = vertices.min(MOST_VERTICES);
@@ -284,6 +395,12 @@ impl Fibres {
             // Six indices a quad, one quad a vertex at most.
             index: buffer("fibre indices", (vertices * 6).min(MOST_INDICES) * 4, U::INDEX_BUFFER)?,
             draw: buffer("fibre draw", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
+            tubes: buffer("tubes", fibres * 4, U::empty())?,
+            strips: buffer(
+                "ribbon strips",
+                (fibres * STRIP_VERTICES).min(MOST_STRIP_VERTICES) * STRIP_WORDS as u64 * 4,
+                U::VERTEX_BUFFER,
+            )?,
         });
         Ok(())
     }
@@ -303,10 +420,25 @@ fn draw_pipeline(gpu: &Gpu, variant: Variant) -> Pipeline {
     let draw = GraphicsDesc {
         cull: vk::CullModeFlags::BACK,
         vertices: &vertices,
-        color: &[(LIGHT, Blend::Alpha)],
+        color: &[(variant.quality.format(), Blend::Alpha)],
         depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
         constants: &[variant.quality.constant(), (1, variant.patterns)],
         ..GraphicsDesc::new("fibres", "fibre.vert", "fibre.frag")
+    };
+    Pipeline::graphics(gpu, &draw)
+}
+
+fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend) -> Pipeline {
+    use vk::Format as F;
+    let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R8G8B8A8_SNORM, 20)];
+    let vertices =
+        [VertexDesc { stride: STRIP_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let draw = GraphicsDesc {
+        topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
+        vertices: &vertices,
+        color: &[(Quality::Low.format(), blend)],
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+        ..GraphicsDesc::new(name, "fibre_ribbon.vert", "fibre_ribbon.frag")
     };
     Pipeline::graphics(gpu, &draw)
 }

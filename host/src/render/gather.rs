@@ -34,8 +34,8 @@ pub struct GpuFibre {
     pub blend: f32,
     /// Angle 0 of the first ring in the step before.
     pub previous_normal: [f32; 3],
-    /// Zero.
-    pub spare: u32,
+    /// 1: round, without a cap, of one opaque tissue without a pattern.
+    pub plain: u32,
 }
 
 /// `Object` of `shaders/fibre.glsl`: origins relative to the eye [m].
@@ -175,7 +175,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             normal: fibre.normal,
             blend,
             previous_normal,
-            spare: 0,
+            plain: u32::from(is_plain(fibre, now)),
         });
     }
     // A fibre without a partner reads node 0 of the step before with weight 0: there has to be one long enough.
@@ -183,6 +183,14 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
     if all.previous_nodes.len() < longest {
         all.previous_nodes.resize(longest, abi::FibreNode::zeroed());
     }
+}
+
+fn is_plain(fibre: &abi::Fibre, outputs: &Outputs) -> bool {
+    fibre.flags & (abi::FIBRE_CAP | abi::FIBRE_BLADE) == 0
+        && outputs
+            .materials
+            .get(fibre.material as usize)
+            .is_some_and(|m| m.pattern == abi::PATTERN_NONE && m.base[3] >= 1.0)
 }
 
 /// Which objects and fibres of two steps are the same: objects by id, fibres by their order within the object.

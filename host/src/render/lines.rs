@@ -2,14 +2,15 @@
 
 use super::{
     gather::GpuLine,
+    quality::{ByQuality, Quality},
     targets::{DEPTH, LIGHT, Targets},
 };
-use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Result, Upload};
+use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;
 
 /// The pass that draws debug lines.
 pub struct Lines {
-    pipeline: Pipeline,
+    pipeline: ByQuality,
 }
 
 impl Lines {
@@ -20,12 +21,12 @@ impl Lines {
             depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
             ..GraphicsDesc::new("debug lines", "line.vert", "line.frag")
         };
-        Self { pipeline: Pipeline::graphics(gpu, &desc) }
+        Self { pipeline: ByQuality::new(gpu, &desc) }
     }
 
     /// Compiles the pipeline now.
-    pub fn prepare(&self) -> Result<()> {
-        self.pipeline.prepare()
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
+        self.pipeline.prepare(quality)
     }
 
     /// The pass. `width` in pixels.
@@ -35,7 +36,8 @@ impl Lines {
         view: Upload,
         lines: &[GpuLine],
         width: f32,
-        targets: &Targets,
+        quality: Quality,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         if lines.is_empty() {
             return Ok(());
@@ -44,10 +46,10 @@ impl Lines {
         let lines = frame.upload(lines)?;
         frame
             .pass("debug lines")
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::ReadOnly)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::ReadOnly)
             .run(|cmd| {
-                cmd.pipeline(&self.pipeline)?;
+                cmd.pipeline(self.pipeline.get(quality))?;
                 cmd.bind(&[(0, view.into()), (1, lines.into())])?;
                 cmd.push(&width)?;
                 cmd.draw(0..count * 6, 0..1);

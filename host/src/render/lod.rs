@@ -5,6 +5,8 @@
 //! pixels. Toward a switch, pairs of rings (or sides) slide together until the finer level is the coarser one, so that
 //! nothing jumps. The last side level is a ribbon that faces the eye.
 
+use super::quality::Quality;
+
 /// Rings at full detail.
 pub const RINGS: u32 = 16;
 /// Levels of rings: 16, 8, 4.
@@ -20,11 +22,23 @@ pub struct Thresholds {
     pub ring_step: f32,
     /// A coarser side level is chosen when its silhouette errs by less than this [px].
     pub side_error: f32,
+    /// A fibre of one colour that is thinner than this [px] is a ribbon that is lit at its rings; 0: none is.
+    pub lit_ribbon: f32,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { ring_step: 2.0, side_error: 0.4 }
+        Self { ring_step: 2.0, side_error: 0.4, lit_ribbon: 0.0 }
+    }
+}
+
+impl Thresholds {
+    /// Those of a quality.
+    pub fn of(quality: Quality) -> Self {
+        match quality {
+            Quality::Low => Self { ring_step: 4.0, side_error: 0.4, lit_ribbon: 6.0 },
+            Quality::High => Self::default(),
+        }
     }
 }
 

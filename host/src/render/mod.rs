@@ -1,13 +1,13 @@
 //! From two steps of the sea to a picture. [`Renderer::record`] is the order of a frame's passes, one file each:
 //!
 //! 1. `fibres` (compute): blend the steps, cull, choose detail, skin;
-//! 2. `terrain`, 3. `rocks`: what stands still;
+//! 2. `rocks`, 3. `terrain`: what stands still, the nearer first;
 //! 4. `sky`: the background, where nothing was drawn;
 //! 5. `fibres` (draw): over the background, because their thin tips let it through;
 //! 6. `shafts`: sunlight in the water, at high quality;
 //! 7. `billboards`: what floats in the water, from far to near;
 //! 8. `lines`: forces and moments, when asked for;
-//! 9. `tone`: tone curve and dither into the target.
+//! 9. `tone`: tone curve and dither into the target; at low quality the materials have done that themselves.
 //!
 //! Fog is part of every material's shader (`shaders/water.glsl`), so that thin things fade into fogged water.
 
@@ -27,6 +27,7 @@ pub mod noise;
 mod quality;
 mod rocks;
 pub mod sample;
+mod sand;
 mod shafts;
 mod sky;
 pub mod sprites;
@@ -92,6 +93,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// What a quality means for all of them.
+    pub fn of(quality: Quality) -> Self {
+        Self { quality, detail: Some(Thresholds::of(quality)), ..Self::default() }
+    }
+
     /// For pictures that nobody waits for: smooth edges.
     pub fn fine() -> Self {
         Self { samples: 2, ..Self::default() }
@@ -125,7 +131,7 @@ pub struct Renderer {
     lines: lines::Lines,
     tone: tone::Tone,
     textures: terrain::GroundTextures,
-    targets: Option<targets::Targets>,
+    attachments: Option<targets::Attachments>,
     /// The bed and the waves that the passes were made ready for.
     bed: Option<Arc<Terrain>>,
     waves: Option<Vec<abi::Wave>>,
@@ -146,7 +152,7 @@ impl Renderer {
             lines: lines::Lines::new(gpu),
             tone: tone::Tone::new(gpu)?,
             textures: terrain::GroundTextures::new(gpu)?,
-            targets: None,
+            attachments: None,
             bed: None,
             waves: None,
             water: None,
@@ -163,7 +169,7 @@ impl Renderer {
             self.shafts.prepare()?;
         }
         self.billboards.prepare(quality)?;
-        self.lines.prepare()
+        self.lines.prepare(quality)
     }
 
     /// Records all passes of a picture into `target` (a colour attachment of 8 bits a channel). Whatever `target` held
@@ -184,26 +190,30 @@ impl Renderer {
         let lens = Lens::new(&shot.camera, [size.0, size.1], view::visibility(environment));
         let gathered =
             gather::gather(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
-        if environment.terrain.is_some() {
+        if let Some(terrain) = &environment.terrain {
+            if settings.quality == Quality::Low {
+                self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
+            }
             self.textures.update(&self.gpu, environment, &gather::standers(shot.current))?;
         }
-        let targets = match self.targets.take() {
-            Some(targets) if targets.light.size() == size => targets,
-            _ => targets::Targets::new(&self.gpu, size)?,
-        };
+        let quality = settings.quality;
+        let attachments =
+            targets::Attachments::fit(self.attachments.take(), &self.gpu, size, quality, target)?;
+        let targets = attachments.targets(target);
         let time = shot.previous.time
             + (shot.current.time - shot.previous.time) * f64::from(shot.alpha.clamp(0.0, 1.0));
         let view = frame.upload(&[self.view(environment, &lens, time, settings)])?;
 
-        let quality = settings.quality;
         self.fibres.skin(frame, view, &gathered, settings.detail.as_ref(), quality)?;
+        // The background covers what nothing else does.
         frame
             .pass("clear")
-            .color(&targets.light, Load::Clear([0.0; 4]))
-            .depth(&targets.depth, gpu::DepthLoad::Clear(0.0))
+            .color(targets.light, Load::Discard)
+            .depth(targets.depth, gpu::DepthLoad::Clear(0.0))
             .run(|_| Ok(()))?;
-        self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
+        self.fibres.draw_solid(frame, &targets)?;
         self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
+        self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &targets)?;
         if settings.shafts && quality == Quality::High {
@@ -213,11 +223,14 @@ impl Renderer {
         let back = dt * (1.0 - shot.alpha.clamp(0.0, 1.0));
         self.billboards.draw(frame, view, (shot.current, back), (&lens, samples, quality), &targets)?;
         let width = settings.line_width * samples as f32;
-        self.lines.draw(frame, view, &gathered.lines, width, &targets)?;
-        let diagram = environment.plain_background.is_some();
-        let finish = tone::Finish { exposure: settings.exposure, samples, diagram };
-        self.tone.draw(frame, &targets, finish, target)?;
-        self.targets = Some(targets);
+        self.lines.draw(frame, view, &gathered.lines, width, quality, &targets)?;
+        if let Some(light) = attachments.unfinished() {
+            let diagram = environment.plain_background.is_some();
+            let shown = quality == Quality::Low;
+            let finish = tone::Finish { exposure: settings.exposure, samples, diagram, shown };
+            self.tone.draw(frame, light, finish, target)?;
+        }
+        self.attachments = Some(attachments);
         Ok(())
     }
 
@@ -255,6 +268,7 @@ impl Renderer {
         let Some((surface, caustics)) = &self.water else { return View::zeroed() };
         let mut view =
             view::view(lens, environment, (surface, caustics), time, settings.quality == Quality::High);
+        view.downwelling[3] = settings.exposure;
         self.terrain.describe(&mut view, lens);
         self.textures.describe(&mut view, lens);
         view

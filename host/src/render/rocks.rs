@@ -19,8 +19,12 @@ use crate::{
     world::environment::{Rock, Terrain},
 };
 
-/// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long.
-const FROM_PX: [f32; 4] = [120.0, 50.0, 18.0, 0.0];
+/// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long, at low quality
+/// twice that.
+fn from_px(quality: Quality) -> [f32; 4] {
+    let scale = if quality == Quality::Low { 2.0 } else { 1.0 };
+    [120.0, 50.0, 18.0, 0.0].map(|px| px * scale)
+}
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -56,6 +60,7 @@ impl Rocks {
             depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
             ..GraphicsDesc::new("rocks", "rock.vert", "rock.frag")
         };
+        let low = GraphicsDesc { vertex: "rock_low.vert", fragment: Some("rock_low.frag"), ..desc };
         let balls: Vec<Ball> = SUBDIVISIONS.iter().map(|n| Ball::new(*n)).collect();
         let mut all: Vec<u16> = Vec::new();
         let mut ranges = Vec::new();
@@ -64,7 +69,7 @@ impl Rocks {
             all.extend_from_slice(&ball.indices);
         }
         Ok(Self {
-            pipeline: ByQuality::new(gpu, &desc),
+            pipeline: ByQuality::with_low(gpu, &desc, &low),
             balls,
             ranges,
             indices: gpu.buffer_with("rock indices", vk::BufferUsageFlags::INDEX_BUFFER, &all)?,
@@ -104,10 +109,10 @@ impl Rocks {
         lens: &Lens,
         quality: Quality,
         textures: &GroundTextures,
-        targets: &Targets,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         let Some(meshes) = &self.meshes else { return Ok(()) };
-        let visible = self.visible(&meshes.rocks, lens);
+        let visible = visible(&meshes.rocks, lens, &from_px(quality));
         if visible.is_empty() {
             return Ok(());
         }
@@ -117,11 +122,11 @@ impl Rocks {
             .read(&meshes.vertices, Access::AttributeRead)
             .read(&textures.noise, Access::FragmentSampled)
             .read(&textures.contact, Access::FragmentSampled)
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::Keep)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                let [noise, contact] = textures.bindings();
+                let [noise, contact] = textures.bindings(&textures.noise);
                 cmd.bind(&[(0, view.into()), noise, contact])?;
                 cmd.vertices(0, &meshes.vertices)?;
                 cmd.indices(&self.indices, vk::IndexType::UINT16)?;
@@ -134,26 +139,26 @@ impl Rocks {
             })
     }
 
-    /// Index, level and origin in eye space of the rocks that can be seen.
-    fn visible(&self, rocks: &[Rock], lens: &Lens) -> Vec<(usize, usize, Vec3)> {
-        rocks
-            .iter()
-            .enumerate()
-            .filter_map(|(i, rock)| {
-                let origin = (DVec3::from(rock.position) - lens.eye).as_vec3();
-                let radius = Vec3::from(rock.half_axes).max_element();
-                if lens.culls(origin, radius) {
-                    return None;
-                }
-                let px = radius * lens.pixels_per_metre() / (origin.length() - radius).max(0.05);
-                let level = FROM_PX.iter().position(|from| px >= *from).unwrap_or(FROM_PX.len() - 1);
-                Some((i, level, origin))
-            })
-            .collect()
-    }
-
     fn first_vertex(&self, rock: usize, level: usize) -> usize {
         let points = |balls: &[Ball]| balls.iter().map(|b| b.points.len()).sum::<usize>();
         rock * points(&self.balls) + points(&self.balls[..level])
     }
+}
+
+/// Index, level and origin in eye space of the rocks that can be seen.
+fn visible(rocks: &[Rock], lens: &Lens, from_px: &[f32; 4]) -> Vec<(usize, usize, Vec3)> {
+    rocks
+        .iter()
+        .enumerate()
+        .filter_map(|(i, rock)| {
+            let origin = (DVec3::from(rock.position) - lens.eye).as_vec3();
+            let radius = Vec3::from(rock.half_axes).max_element();
+            if lens.culls(origin, radius) {
+                return None;
+            }
+            let px = radius * lens.pixels_per_metre() / (origin.length() - radius).max(0.05);
+            let level = from_px.iter().position(|from| px >= *from).unwrap_or(from_px.len() - 1);
+            Some((i, level, origin))
+        })
+        .collect()
 }

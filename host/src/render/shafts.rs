@@ -66,7 +66,7 @@ impl Shafts {
         view: Upload,
         environment: &Environment,
         lens: &Lens,
-        targets: &Targets,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         if environment.plain_background.is_some() || lens.eye.y >= 0.0 {
             return Ok(());
@@ -78,15 +78,15 @@ impl Shafts {
         let shafts = frame.upload(&shafts)?;
         frame
             .pass("shafts")
-            .read(&targets.depth, Access::FragmentSampled)
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::ReadOnly)
+            .read(targets.depth, Access::FragmentSampled)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::ReadOnly)
             .run(|cmd| {
                 cmd.pipeline(&self.pipeline)?;
                 cmd.bind(&[
                     (0, view.into()),
                     (1, shafts.into()),
-                    (2, Resource::Texture(&targets.depth, self.sampler)),
+                    (2, Resource::Texture(targets.depth, self.sampler)),
                 ])?;
                 cmd.draw(0..count * 6, 0..1);
                 Ok(())

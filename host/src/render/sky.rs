@@ -34,12 +34,12 @@ impl Sky {
         frame: &mut Frame<'_>,
         view: Upload,
         quality: Quality,
-        targets: &Targets,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         frame
             .pass("background")
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::ReadOnly)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::ReadOnly)
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
                 cmd.bind(&[(0, view.into())])?;

@@ -1,28 +1,65 @@
-//! The images that a picture is made in: scene light in half floats, and reversed depth.
+//! The images that a picture is made in: light and reversed depth.
 
 use ash::vk;
 
+use super::quality::Quality;
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
 
 /// Format of scene light.
 pub const LIGHT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Format of what the display shows, in which low quality draws at once.
+pub const SHOWN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 /// Format of depth: 1 at the near plane, 0 infinitely far away.
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
-/// Attachments of one size.
-pub struct Targets {
-    /// Scene light, before the tone curve.
-    pub light: Image,
+/// What the passes draw into.
+#[derive(Clone, Copy)]
+pub struct Targets<'a> {
+    /// Scene light, or at low quality what the display shows of it.
+    pub light: &'a Image,
     /// Depth.
-    pub depth: Image,
+    pub depth: &'a Image,
 }
 
-impl Targets {
-    /// Makes both.
-    pub fn new(gpu: &Gpu, size: (u32, u32)) -> Result<Self> {
+/// Attachments of one size that are kept from frame to frame.
+pub struct Attachments {
+    light: Option<Image>,
+    depth: Image,
+}
+
+impl Attachments {
+    /// Those for a picture of this size. `before` is used again where it fits. Low quality draws into `picture` itself
+    /// where that has the format and one sample a pixel.
+    pub fn fit(
+        before: Option<Self>,
+        gpu: &Gpu,
+        size: (u32, u32),
+        quality: Quality,
+        picture: &Image,
+    ) -> Result<Self> {
         use vk::ImageUsageFlags as U;
-        let light = ImageDesc::new("scene light", size, LIGHT, U::COLOR_ATTACHMENT | U::SAMPLED);
+        let direct = quality.format() == picture.format() && picture.size() == size;
+        let wanted = (!direct).then_some(quality.format());
+        if let Some(before) = before
+            && before.depth.size() == size
+            && before.light.as_ref().map(Image::format) == wanted
+        {
+            return Ok(before);
+        }
+        let light = |format| {
+            Image::new(gpu, &ImageDesc::new("scene light", size, format, U::COLOR_ATTACHMENT | U::SAMPLED))
+        };
         let depth = ImageDesc::new("depth", size, DEPTH, U::DEPTH_STENCIL_ATTACHMENT | U::SAMPLED);
-        Ok(Self { light: Image::new(gpu, &light)?, depth: Image::new(gpu, &depth)? })
+        Ok(Self { light: wanted.map(light).transpose()?, depth: Image::new(gpu, &depth)? })
+    }
+
+    /// What the passes draw into on the way to `picture`.
+    pub fn targets<'a>(&'a self, picture: &'a Image) -> Targets<'a> {
+        Targets { light: self.light.as_ref().unwrap_or(picture), depth: &self.depth }
+    }
+
+    /// What the last pass has to bring into the picture; None where it is there already.
+    pub fn unfinished(&self) -> Option<&Image> {
+        self.light.as_ref()
     }
 }

@@ -10,6 +10,7 @@ use super::{
     gather::Stander,
     noise,
     quality::{ByQuality, Quality},
+    sand,
     targets::{DEPTH, LIGHT, Targets},
     tiles,
     view::{Lens, View},
@@ -19,7 +20,7 @@ use crate::{
         Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load,
         Resource, Result, SamplerDesc, Upload,
     },
-    world::environment::{Environment, Terrain as Bed},
+    world::environment::{Environment, Ripples, Terrain as Bed},
 };
 
 /// What the ground's and the rocks' shaders read besides the view: noise and contact map.
@@ -28,6 +29,9 @@ pub struct GroundTextures {
     pub noise: Image,
     /// Shade of what stands on the ground.
     pub contact: Image,
+    /// The sand of low quality, with the ripples that it was made for.
+    sand: Option<(Ripples, Image)>,
+    noise_texels: Vec<u8>,
     /// For the noise.
     pub repeat: vk::Sampler,
     /// For the contact map.
@@ -45,9 +49,12 @@ impl GroundTextures {
         let usage = U::SAMPLED | U::TRANSFER_DST | U::TRANSFER_SRC;
         let format = vk::Format::R8G8B8A8_UNORM;
         let image = Image::new(gpu, &ImageDesc { mips: 9, ..ImageDesc::new("noise", size, format, usage) })?;
-        gpu.write_image(&image, &noise::texels())?;
+        let noise_texels = noise::texels();
+        gpu.write_image(&image, &noise_texels)?;
         Ok(Self {
             noise: image,
+            sand: None,
+            noise_texels,
             contact: contact_image(gpu, &vec![255; contact::SIZE * contact::SIZE * 2])?,
             repeat: gpu.sampler(SamplerDesc { linear: true, repeat: true, anisotropic: false })?,
             clamp: gpu.sampler(SamplerDesc { linear: true, repeat: false, anisotropic: false })?,
@@ -71,14 +78,37 @@ impl GroundTextures {
         Ok(())
     }
 
+    /// Makes the sand anew where the ripples are others.
+    pub fn lay_sand(&mut self, gpu: &Gpu, ripples: &Ripples) -> Result<()> {
+        if self.sand.as_ref().is_some_and(|(of, _)| of == ripples) {
+            return Ok(());
+        }
+        use vk::ImageUsageFlags as U;
+        let size = (sand::SIZE as u32, sand::SIZE as u32);
+        let usage = U::SAMPLED | U::TRANSFER_DST | U::TRANSFER_SRC;
+        let desc = ImageDesc::new("sand", size, vk::Format::R8G8B8A8_UNORM, usage);
+        let image = Image::new(gpu, &ImageDesc { mips: sand::SIZE.ilog2() + 1, ..desc })?;
+        gpu.write_image(&image, &sand::texels(ripples, &self.noise_texels))?;
+        self.sand = Some((*ripples, image));
+        Ok(())
+    }
+
+    /// What the ground's shaders of a quality read as binding 3.
+    pub fn ground(&self, quality: Quality) -> &Image {
+        match (&self.sand, quality) {
+            (Some((_, sand)), Quality::Low) => sand,
+            _ => &self.noise,
+        }
+    }
+
     /// Forgets the contact map: the scene is another.
     pub fn forget(&mut self) {
         self.key = None;
     }
 
-    /// Both, as bindings 3 and 4.
-    pub fn bindings(&self) -> [(u32, Resource<'_>); 2] {
-        [(3, Resource::Texture(&self.noise, self.repeat)), (4, Resource::Texture(&self.contact, self.clamp))]
+    /// A texture that repeats, and the contact map, as bindings 3 and 4.
+    pub fn bindings<'a>(&'a self, repeating: &'a Image) -> [(u32, Resource<'a>); 2] {
+        [(3, Resource::Texture(repeating, self.repeat)), (4, Resource::Texture(&self.contact, self.clamp))]
     }
 
     /// Where the contact map lies.
@@ -101,7 +131,8 @@ fn contact_image(gpu: &Gpu, texels: &[u8]) -> Result<Image> {
 /// The pass that draws the sea bed.
 pub struct Terrain {
     pipeline: ByQuality,
-    indices: Buffer,
+    /// Of a tile at low and at high quality.
+    indices: [Buffer; 2],
     bed: Option<(Arc<Bed>, Buffer)>,
 }
 
@@ -114,13 +145,14 @@ impl Terrain {
             depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
             ..GraphicsDesc::new("terrain", "terrain.vert", "terrain.frag")
         };
+        let low = GraphicsDesc { vertex: "terrain_low.vert", fragment: Some("terrain_low.frag"), ..desc };
+        let indices = |quality| {
+            let indices = tiles::indices(tiles::quads(quality));
+            gpu.buffer_with("terrain indices", vk::BufferUsageFlags::INDEX_BUFFER, &indices)
+        };
         Ok(Self {
-            pipeline: ByQuality::new(gpu, &desc),
-            indices: gpu.buffer_with(
-                "terrain indices",
-                vk::BufferUsageFlags::INDEX_BUFFER,
-                &tiles::indices(),
-            )?,
+            pipeline: ByQuality::with_low(gpu, &desc, &low),
+            indices: [indices(Quality::Low)?, indices(Quality::High)?],
             bed: None,
         })
     }
@@ -169,29 +201,31 @@ impl Terrain {
         lens: &Lens,
         quality: Quality,
         textures: &GroundTextures,
-        targets: &Targets,
+        targets: &Targets<'_>,
     ) -> Result<()> {
         let Some((bed, heights)) = &self.bed else { return Ok(()) };
-        let tiles = tiles::tiles(bed, lens);
+        let tiles = tiles::tiles(bed, lens, tiles::quads(quality));
         if tiles.is_empty() {
             return Ok(());
         }
         let count = tiles.len() as u32;
         let tiles = frame.upload(&tiles)?;
+        let indices = &self.indices[usize::from(quality == Quality::High)];
+        let ground = textures.ground(quality);
         frame
             .pass("terrain")
-            .read(&self.indices, Access::IndexRead)
+            .read(indices, Access::IndexRead)
             .read(heights, Access::VertexRead)
-            .read(&textures.noise, Access::FragmentSampled)
+            .read(ground, Access::FragmentSampled)
             .read(&textures.contact, Access::FragmentSampled)
-            .color(&targets.light, Load::Keep)
-            .depth(&targets.depth, DepthLoad::Keep)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                let [noise, contact] = textures.bindings();
-                cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), noise, contact])?;
-                cmd.indices(&self.indices, vk::IndexType::UINT16)?;
-                cmd.draw_indexed(0..(self.indices.size() / 2) as u32, 0, 0..count);
+                let [ground, contact] = textures.bindings(ground);
+                cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), ground, contact])?;
+                cmd.indices(indices, vk::IndexType::UINT16)?;
+                cmd.draw_indexed(0..(indices.size() / 2) as u32, 0, 0..count);
                 Ok(())
             })
     }

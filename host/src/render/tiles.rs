@@ -3,11 +3,16 @@
 
 use glam::{DVec2, Vec3};
 
-use super::view::Lens;
+use super::{quality::Quality, view::Lens};
 use crate::world::environment::Terrain;
 
-/// Quads along a side of a tile, as in `shaders/terrain.vert`.
-pub const QUADS: u32 = 8;
+/// Quads along a side of a tile, as in `shaders/terrain.vert` and `terrain_low.vert`.
+pub fn quads(quality: Quality) -> u32 {
+    match quality {
+        Quality::Low => 4,
+        Quality::High => 8,
+    }
+}
 /// Tiles of one picture at most.
 const MOST: usize = 1024;
 
@@ -36,10 +41,10 @@ pub fn heights(terrain: &Terrain) -> Vec<[f32; 4]> {
     heights
 }
 
-/// The tiles that this lens can see.
-pub fn tiles(terrain: &Terrain, lens: &Lens) -> Vec<Tile> {
+/// The tiles that this lens can see, `quads` to a side.
+pub fn tiles(terrain: &Terrain, lens: &Lens, quads: u32) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    let finest = f64::from(terrain.cell) * f64::from(QUADS);
+    let finest = f64::from(terrain.cell) * f64::from(quads);
     let field = DVec2::new(
         f64::from(terrain.columns.max(2) - 1) * f64::from(terrain.cell),
         f64::from(terrain.rows.max(2) - 1) * f64::from(terrain.cell),
@@ -54,7 +59,7 @@ pub fn tiles(terrain: &Terrain, lens: &Lens) -> Vec<Tile> {
         .heights
         .iter()
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
-    let walk = Walk { lens, finest, origin: DVec2::from(terrain.origin), low, high };
+    let walk = Walk { lens, quads, finest, origin: DVec2::from(terrain.origin), low, high };
     // Roots lie on a grid that holds the height field's corner, so that vertices lie on its heights.
     let size = finest * f64::from(1_u32 << level);
     let eye = DVec2::new(lens.eye.x, lens.eye.z);
@@ -70,6 +75,7 @@ pub fn tiles(terrain: &Terrain, lens: &Lens) -> Vec<Tile> {
 
 struct Walk<'a> {
     lens: &'a Lens,
+    quads: u32,
     finest: f64,
     origin: DVec2,
     low: f32,
@@ -105,16 +111,17 @@ impl Walk<'_> {
             }
             return;
         }
-        tiles.push([low.x, low.z, (size / f64::from(QUADS)) as f32, self.range(level) as f32]);
+        tiles.push([low.x, low.z, (size / f64::from(self.quads)) as f32, self.range(level) as f32]);
     }
 }
 
 /// Indices of a tile's triangles, counter-clockwise from above.
-pub fn indices() -> Vec<u16> {
-    let side = QUADS as u16 + 1;
+pub fn indices(quads: u32) -> Vec<u16> {
+    let quads = quads as u16;
+    let side = quads + 1;
     let mut indices = Vec::new();
-    for z in 0..QUADS as u16 {
-        for x in 0..QUADS as u16 {
+    for z in 0..quads {
+        for x in 0..quads {
             let a = z * side + x;
             let (b, c, d) = (a + 1, a + side, a + side + 1);
             indices.extend([a, c, b, b, c, d]);
@@ -130,13 +137,15 @@ mod tests {
     use super::*;
     use crate::render::sample;
 
+    const QUADS: u32 = 8;
+
     #[test]
     fn tiles_near_the_eye_are_finer_than_those_far_away() {
         let environment = sample::environment();
         let Some(terrain) = &environment.terrain else { return };
         let pose = sample::looking_at(DVec3::new(0.0, -3.2, 4.0), DVec3::new(0.0, -4.0, -4.0));
         let lens = Lens::new(&pose, [640, 360], 60.0);
-        let tiles = tiles(terrain, &lens);
+        let tiles = tiles(terrain, &lens, QUADS);
         assert!(!tiles.is_empty() && tiles.len() < 200, "{}", tiles.len());
         let above = (lens.eye.y as f32) - terrain.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         for tile in tiles.iter().filter(|t| t[2] > terrain.cell) {
@@ -158,7 +167,7 @@ mod tests {
         let Some(terrain) = &environment.terrain else { return };
         let pose = sample::looking_at(DVec3::new(0.3, -3.2, 4.1), DVec3::new(0.0, -4.0, -4.0));
         let lens = Lens::new(&pose, [640, 360], 60.0);
-        let tiles = tiles(terrain, &lens);
+        let tiles = tiles(terrain, &lens, QUADS);
         for i in 1..200 {
             let p = lens.forward * (i as f32 * 0.1);
             let over = tiles

@@ -1,24 +1,16 @@
 //! The last pass of the sea: scene light through the tone curve, with dither, into the picture.
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 
-use super::targets::Targets;
 use crate::gpu::{
     Access, Blend, Frame, Gpu, GraphicsDesc, Image, Load, Pipeline, Resource, Result, SamplerDesc,
 };
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    exposure: f32,
-    encode: u32,
-    samples: i32,
-    curve: u32,
-}
+/// ENCODE, SAMPLES and CURVE of `shaders/tonemap.frag`.
+type Constants = [(u32, u32); 3];
 
 /// How light becomes colour.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Finish {
     /// Brightness; 1 is the scene's own.
     pub exposure: f32,
@@ -26,13 +18,16 @@ pub struct Finish {
     pub samples: u32,
     /// A diagram, whose colours are shown as they are.
     pub diagram: bool,
+    /// The materials wrote already what is shown.
+    pub shown: bool,
 }
 
 /// The pass that finishes a picture.
 pub struct Tone {
     gpu: Gpu,
-    /// One for each format of a target that was met.
-    pipelines: Vec<(vk::Format, Pipeline)>,
+    /// One for each way of finishing that was met: branches on push constants would have lavapipe make the shader anew in
+    /// each frame.
+    pipelines: Vec<(vk::Format, Constants, Pipeline)>,
     sampler: vk::Sampler,
 }
 
@@ -47,38 +42,34 @@ impl Tone {
     pub fn draw(
         &mut self,
         frame: &mut Frame<'_>,
-        targets: &Targets,
+        light: &Image,
         finish: Finish,
         picture: &Image,
     ) -> Result<()> {
         let format = picture.format();
-        let index = match self.pipelines.iter().position(|(f, _)| *f == format) {
+        let encodes = matches!(format, vk::Format::R8G8B8A8_SRGB | vk::Format::B8G8R8A8_SRGB);
+        let curve = if finish.shown { 2 } else { u32::from(!finish.diagram) };
+        let constants = [(2, u32::from(!encodes)), (3, finish.samples), (4, curve)];
+        let index = match self.pipelines.iter().position(|(f, c, _)| *f == format && *c == constants) {
             Some(index) => index,
             None => {
                 let color = [(format, Blend::Replace)];
                 let desc = GraphicsDesc {
                     color: &color,
+                    constants: &constants,
                     ..GraphicsDesc::new("tone", "full_screen.vert", "tonemap.frag")
                 };
-                self.pipelines.push((format, Pipeline::graphics(&self.gpu, &desc)));
+                self.pipelines.push((format, constants, Pipeline::graphics(&self.gpu, &desc)));
                 self.pipelines.len() - 1
             }
         };
-        let pipeline = &self.pipelines[index].1;
-        let encodes = matches!(format, vk::Format::R8G8B8A8_SRGB | vk::Format::B8G8R8A8_SRGB);
-        frame.pass("tone").read(&targets.light, Access::FragmentSampled).color(picture, Load::Discard).run(
-            |cmd| {
-                cmd.pipeline(pipeline)?;
-                cmd.bind(&[(0, Resource::Texture(&targets.light, self.sampler))])?;
-                cmd.push(&Push {
-                    exposure: finish.exposure,
-                    encode: u32::from(!encodes),
-                    samples: finish.samples as i32,
-                    curve: u32::from(!finish.diagram),
-                })?;
-                cmd.draw(0..3, 0..1);
-                Ok(())
-            },
-        )
+        let pipeline = &self.pipelines[index].2;
+        frame.pass("tone").read(light, Access::FragmentSampled).color(picture, Load::Discard).run(|cmd| {
+            cmd.pipeline(pipeline)?;
+            cmd.bind(&[(0, Resource::Texture(light, self.sampler))])?;
+            cmd.push(&finish.exposure)?;
+            cmd.draw(0..3, 0..1);
+            Ok(())
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! The CPU's twin of the fibre passes (`shaders/fibre_rings.comp`, `fibre_scan.comp`, `fibre_skin.comp`): tests compare
+//! The CPU's twin of the fibre passes (`shaders/fibre_rings.comp`, `fibre_scan.comp`, `fibre_skin.comp`, and the shape of
+//! `fibre_ribbon.comp`, whose light is compared with that of the tubes by pictures): tests compare
 //! what the GPU wrote with what stands here. Not used for pictures.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -57,6 +58,15 @@ pub struct Skinned {
     pub indices: Vec<u32>,
 }
 
+/// A lit ribbon's strip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strip {
+    /// Somewhere thinner than a pixel.
+    pub thin: bool,
+    /// Clip space and coverage; left and right take turns, the first and the last stand twice.
+    pub vertices: Vec<(Vec4, f32)>,
+}
+
 struct Chain<'a> {
     fibre: &'a GpuFibre,
     gathered: &'a Gathered,
@@ -64,7 +74,14 @@ struct Chain<'a> {
     count: usize,
 }
 
-impl Chain<'_> {
+impl<'a> Chain<'a> {
+    fn new(gathered: &'a Gathered, fibre: &'a GpuFibre) -> Self {
+        let object = &gathered.objects[fibre.object as usize];
+        let origin = |v: [f32; 4]| Vec4::from(v).truncate();
+        let base = origin(object.previous).lerp(origin(object.current), fibre.blend);
+        Self { fibre, gathered, base, count: (fibre.nodes_flags & 0xffff) as usize }
+    }
+
     fn node(&self, i: usize) -> (Vec3, f32) {
         let unpack = |n: &abi::FibreNode| Vec3::from(n.position).extend(n.radius);
         let a = unpack(&self.gathered.previous_nodes[self.fibre.previous_node as usize + i]);
@@ -112,6 +129,35 @@ pub fn skin(gathered: &Gathered, index: usize, lens: &Lens, limits: Option<&Thre
     Some(Skinned { detail, vertices, indices })
 }
 
+/// The strip of one fibre, where it is a lit ribbon.
+pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds) -> Option<Strip> {
+    let fibre = &gathered.fibres[index];
+    let chain = Chain::new(gathered, fibre);
+    let bounds = bounds(&chain);
+    let far = bounds.center.length() + bounds.reach;
+    let radius_px = bounds.radius * lens.pixels_per_metre() / (far - 2.0 * bounds.reach).max(NEAR);
+    if fibre.plain == 0 || radius_px >= limits.lit_ribbon {
+        return None;
+    }
+    let (_, rings) = rings(gathered, fibre, lens, Some(limits))?;
+    let clip = lens.clip_from_eye();
+    let tip = chain.node(chain.count - 1).1;
+    let mut vertices = Vec::new();
+    for (k, ring) in rings.iter().enumerate() {
+        // The end is round from wherever it is seen: it rises across the line of sight, not along the fibre.
+        let rise = if ring.along > 1.0 { tip / ring.coverage * ring.slope.x } else { 0.0 };
+        let place = ring.center - ring.tangent * rise;
+        let side = ring.tangent.cross(-place).normalize_or(lens.right);
+        let rise = if k == 0 { -ring.radius } else { rise };
+        let center = place + side.cross(place).normalize_or_zero() * rise;
+        let edge = |sign: f32| (clip * (center + side * (sign * ring.radius)).extend(1.0), ring.coverage);
+        vertices.extend([edge(-1.0), edge(1.0)]);
+    }
+    vertices.insert(0, *vertices.first()?);
+    vertices.push(*vertices.last()?);
+    Some(Strip { thin: bounds.thinnest < 0.5 * far / lens.pixels_per_metre(), vertices })
+}
+
 /// The level of detail and the rings of one fibre; None where it is culled.
 pub fn rings(
     gathered: &Gathered,
@@ -119,10 +165,7 @@ pub fn rings(
     lens: &Lens,
     limits: Option<&Thresholds>,
 ) -> Option<(Detail, Vec<Ring>)> {
-    let object = &gathered.objects[fibre.object as usize];
-    let origin = |v: [f32; 4]| Vec4::from(v).truncate();
-    let base = origin(object.previous).lerp(origin(object.current), fibre.blend);
-    let chain = Chain { fibre, gathered, base, count: (fibre.nodes_flags & 0xffff) as usize };
+    let chain = Chain::new(gathered, fibre);
     let cap = fibre.nodes_flags >> 16 & abi::FIBRE_CAP != 0;
     let detail = match limits {
         None => Detail::FULL,
@@ -159,19 +202,33 @@ pub fn rings(
     Some((detail, rings))
 }
 
-fn detail_of(chain: &Chain<'_>, lens: &Lens, limits: &Thresholds, cap: bool) -> Option<Detail> {
+/// A sphere around a fibre, and its extremes [m].
+struct Bounds {
+    center: Vec3,
+    reach: f32,
+    length: f32,
+    radius: f32,
+    thinnest: f32,
+}
+
+fn bounds(chain: &Chain<'_>) -> Bounds {
     let (first, mut radius) = chain.node(0);
-    let (mut low, mut high, mut last, mut length) = (first, first, first, 0.0);
+    let (mut low, mut high, mut last, mut length, mut thinnest) = (first, first, first, 0.0, radius);
     for i in 1..chain.count {
         let (p, r) = chain.node(i);
         low = low.min(p);
         high = high.max(p);
         radius = radius.max(r);
+        thinnest = r.min(thinnest);
         length += p.distance(last);
         last = p;
     }
-    let center = (low + high) * 0.5;
     let reach = low.distance(high) * 0.5 + radius * 1.5;
+    Bounds { center: (low + high) * 0.5, reach, length, radius, thinnest }
+}
+
+fn detail_of(chain: &Chain<'_>, lens: &Lens, limits: &Thresholds, cap: bool) -> Option<Detail> {
+    let Bounds { center, reach, length, radius, .. } = bounds(chain);
     if lens.culls(center, reach) {
         return None;
     }

@@ -35,7 +35,7 @@ pub struct View {
     pub ambient: [f32; 4],
     /// c [1/m]; w: 1 with a plain background.
     pub beam: [f32; 4],
-    /// Kd [1/m]; w: 1 at high quality.
+    /// Kd [1/m]; w: brightness of the picture; 1 is the scene's own.
     pub downwelling: [f32; 4],
     /// W0; w: y of the surface [m].
     pub scattered: [f32; 4],
@@ -55,6 +55,8 @@ pub struct View {
     pub surface: [[f32; 4]; SURFACE_WAVES],
     /// Mean depth of the bed below the surface [m], very great without one; the rest is zero.
     pub bed: [f32; 4],
+    /// How they bend the surface, see [`Caustics::focus`].
+    pub focus: [[f32; 4]; WAVES],
 }
 
 /// A camera with its picture's size: what culling and levels of detail need.
@@ -156,13 +158,14 @@ pub fn view(
     view.sun_color = c3(environment.sun.color, caustics.own() as f32);
     view.ambient = c3(environment.sun.ambient, time as f32);
     view.beam = c3(environment.optics.beam, if plain.is_some() { 1.0 } else { 0.0 });
-    view.downwelling = c3(environment.optics.downwelling, if high { 1.0 } else { 0.0 });
+    view.downwelling = c3(environment.optics.downwelling, 1.0);
     view.scattered = c3(environment.optics.scattered, 0.0);
     view.plain = c3(plain.unwrap_or_default(), 0.0);
     view.caustic_mean = caustics.mean(high);
     view.wave = caustics.at(lens.eye, time);
     view.surface = surface.at(lens.eye, time);
     view.bed = [bed(environment), 0.0, 0.0, 0.0];
+    view.focus = caustics.focus();
     view
 }
 

@@ -166,6 +166,17 @@ impl Caustics {
         waves
     }
 
+    /// What each train adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m], with the sign
+    /// left out; 0.
+    pub fn focus(&self) -> [[f32; 4]; WAVES] {
+        let mut focus = [[0.0; 4]; WAVES];
+        for (out, train) in focus.iter_mut().zip(&self.trains) {
+            let n = train.vector.normalize_or_zero();
+            *out = [n.x * n.x, n.y * n.y, n.x * n.y, 0.0].map(|v| (train.power().min(1.0) * v) as f32);
+        }
+        focus
+    }
+
     /// Mean of [`raw_gain`] over the plane, by a low-discrepancy sequence.
     fn sample_mean(&self, count: usize, depth: f32) -> f32 {
         const SAMPLES: u32 = 4096;

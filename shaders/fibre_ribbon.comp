@@ -1,0 +1,102 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One invocation a fibre that is a lit ribbon: a strip that faces the eye, lit at both edges and in the middle of each ring.
+// Between them the light follows a parabola.
+
+#include "view.glsl"
+#include "fibre.glsl"
+#include "fibre_chain.glsl"
+#include "water.glsl"
+#include "caustics.glsl"
+#include "hash.glsl"
+#include "light.glsl"
+#include "tissue.glsl"
+#include "shown.glsl"
+
+layout(local_size_x = 8) in;
+
+layout(set = 0, binding = 5, std430) readonly buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 6, std430) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Vertices { uint vertices[]; };
+
+layout(push_constant) uniform Push { uint fibre_count; } push;
+
+#define VERTEX_WORDS 6u
+
+void put(uint vertex, vec4 clip, uint edge, uint bow) {
+    uint at = vertex * VERTEX_WORDS;
+    vertices[at] = floatBitsToUint(clip.x);
+    vertices[at + 1u] = floatBitsToUint(clip.y);
+    vertices[at + 2u] = floatBitsToUint(clip.z);
+    vertices[at + 3u] = floatBitsToUint(clip.w);
+    vertices[at + 4u] = edge;
+    vertices[at + 5u] = bow;
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= push.fibre_count) return;
+    uint levels = choices[index].levels;
+    if (levels == NOT_DRAWN || (levels & LIT_RIBBON) == 0u) return;
+    uint level = levels & 0xffu;
+    uint rings = choices[index].rings;
+    uint vertex = choices[index].first_vertex;
+    float slide = choices[index].ring_morph;
+    float chain = choices[index].chain;
+    take(index);
+    Material m = materials[fibre.material];
+    uint flags = fibre.nodes_flags >> 16;
+
+    Window window = first_window();
+    for (uint k = 0u; k < rings; k++) {
+        float w = slid_position(level, k, false, slide);
+        float along = min(w, 1.0) * float(count - 1u);
+        uint segment = min(uint(along), count - 2u);
+        while (window.segment < segment) advance(window);
+        Place c = place(window, along - float(segment));
+        float drawn = drawn_radius(c);
+
+        // Across the line of sight. The end is round and the root reaches as far as a tube's, from wherever they are seen.
+        vec3 side = cross(c.d, -c.p);
+        float size = dot(side, side);
+        side = size > 1e-16 ? side * inversesqrt(size) : view.right.xyz;
+        vec3 facing = cross(side, c.d);
+        float bevel = inversesqrt(1.0 + c.taper * c.taper);
+        vec2 slope = vec2(c.taper * bevel, bevel);
+        float width = drawn;
+        float rise = k == 0u ? -drawn : 0.0;
+        if (w > 1.0) {
+            float angle = (w - 1.0) * 1.5707963;
+            slope = vec2(sin(angle), cos(angle));
+            width = drawn * max(slope.y, 0.0);
+            rise = drawn * slope.x;
+        }
+        c.p += normalize(cross(side, c.p)) * rise;
+
+        Surface s;
+        s.along = min(w, 1.0);
+        s.disc = 0.0;
+        s.circle = vec2(1.0, 0.0);
+        s.radius_cm = c.r * 100.0;
+        s.chain = chain;
+        vec3 light[3];
+        for (int i = 0; i < 3; i++) {
+            float x = float(i - 1);
+            vec3 round = side * (0.8 * x) + facing * (x == 0.0 ? 1.0 : 0.6);
+            s.normal = normalize(round * slope.y + c.d * slope.x);
+            light[i] = clamp(shown(through_water(tissue_light(m, flags, fibre.variation, s, c.p), c.p)), 0.0, 1.0);
+        }
+        float coverage = c.r / drawn;
+        uint left = packUnorm4x8(vec4(light[0], coverage));
+        uint right = packUnorm4x8(vec4(light[2], coverage));
+        uint bow = packSnorm4x8(vec4(light[1] - 0.5 * (light[0] + light[2]), 0.0));
+
+        vec4 middle = view.clip_from_eye * vec4(c.p, 1.0);
+        vec4 half_width = view.clip_from_eye * vec4(side * width, 0.0);
+        // The first and the last vertex of a strip stand twice: what joins it to its neighbours has no area.
+        if (k == 0u) put(vertex++, middle - half_width, left, bow);
+        put(vertex++, middle - half_width, left, bow);
+        put(vertex++, middle + half_width, right, bow);
+        if (k + 1u == rings) put(vertex++, middle + half_width, right, bow);
+    }
+}

@@ -1,0 +1,132 @@
+// Soft tissue: a gradient from base to tip, a pattern, light that wraps round and shines through, a rim.
+// Needs view.glsl, water.glsl, caustics.glsl, hash.glsl and light.glsl.
+
+// reef_material, 32 words.
+struct Material {
+    vec4 base;
+    vec4 tip;
+    vec4 accent;
+    uint pattern;
+    uint texture_id;
+    float pattern_scale;
+    float pattern_softness;
+    float translucency;
+    float wrap;
+    float rim;
+    float glow;
+    vec4 rest[3];
+};
+
+/// A place on a fibre's surface.
+struct Surface {
+    vec3 normal;     // unit
+    float along;     // 0 root, 1 last node
+    float disc;      // 0 before the cap, 1 at its end
+    vec2 circle;     // cosine and sine of the angle around the fibre
+    float radius_cm;
+    float chain;     // length of the fibre [m]
+};
+
+/// Bits of the patterns that the picture's materials use; the others are not compiled in.
+layout(constant_id = 1) const uint PATTERNS = 30u;
+
+/// Share of the accent colour, 0..1.
+float pattern_share(Material m, float along, vec2 circle, float radius_m, float length_m, uint seed) {
+    float soft = max(m.pattern_softness, 0.04);
+    float share = m.accent.a;
+    if ((PATTERNS & 2u) != 0u && m.pattern == 1u) {
+        // Round spots: one per cell, jittered, on the skin unrolled to metres.
+        float s = m.pattern_scale;
+        vec3 p = vec3(circle * radius_m, along * length_m) * s;
+        vec3 cell = floor(p);
+        float nearest = 8.0;
+        for (int i = 0; i < 8; i++) {
+            vec3 c = cell + vec3(i & 1, i >> 1 & 1, i >> 2) - step(fract(p), vec3(0.5));
+            ivec3 k = ivec3(c);
+            vec3 center = c + 0.5 + 0.5 * (vec3(hash_cell(k, seed), hash_cell(k, seed ^ 0x51u), hash_cell(k, seed ^ 0xa3u)) - 0.5);
+            nearest = min(nearest, distance(center, p));
+        }
+        float size = 0.62 * sqrt(share);
+        return 1.0 - smoothstep(size * (1.0 - soft), size * (1.0 + soft), nearest);
+    }
+    if ((PATTERNS & 4u) != 0u && m.pattern == 2u) {
+        float x = fract(along * m.pattern_scale + 0.35 * float(seed & 255u) / 255.0 * 0.3);
+        float d = abs(x - 0.5) * 2.0;
+        return smoothstep(1.0 - share - soft * 0.5, 1.0 - share + soft * 0.5, d);
+    }
+    if ((PATTERNS & 8u) != 0u && m.pattern == 3u) {
+        float x = fract(atan(circle.y, circle.x) * 0.15915494 * m.pattern_scale + 0.5);
+        float d = abs(x - 0.5) * 2.0;
+        return 1.0 - smoothstep(share - soft * 0.5, share + soft * 0.5, d);
+    }
+    if ((PATTERNS & 16u) != 0u && m.pattern == 4u) {
+        vec3 p = vec3(circle * radius_m, along * length_m) * m.pattern_scale;
+        float n = 0.65 * value_noise(p, seed) + 0.35 * value_noise(p * 2.3, seed ^ 0x77u);
+        float at = mix(0.72, 0.28, share);
+        return smoothstep(at - soft * 0.2, at + soft * 0.2, n);
+    }
+    return 0.0;
+}
+
+/// Light that leaves the point `p` in eye space toward the eye. `flags`: REEF_FIBRE_*.
+vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
+    bool foot = (flags & 2u) != 0u;
+    vec3 to_eye = normalize(-p);
+    float depth = depth_of(p);
+    vec3 sea = sea_light_at(depth);
+
+    // Colour.
+    float tip = smoothstep(m.tip.a, 1.0, s.along);
+    vec3 albedo = mix(m.base.rgb, m.tip.rgb, tip);
+    if (m.pattern != 0u) {
+        float share = pattern_share(m, s.along, s.circle, s.radius_cm * 0.01, s.chain, variation);
+        if (foot) share *= 1.0 - smoothstep(0.0, 0.1, s.disc);
+        albedo = mix(albedo, m.accent.rgb, share);
+    }
+    float v1 = float(variation & 255u) / 255.0 - 0.5;
+    float v2 = float(variation >> 8 & 255u) / 255.0 - 0.5;
+    albedo *= 1.0 + 0.22 * v1;
+    albedo = max(mix(vec3(dot(albedo, vec3(0.30, 0.55, 0.15))), albedo, 1.0 + 0.3 * v2), 0.0);
+
+    // Light that neighbours take away: deep between the tentacles, at the foot's base, in the mouth.
+    float open = foot ? mix(0.55, 1.0, smoothstep(0.0, 0.25, s.along)) * mix(1.0, 0.62, smoothstep(0.7, 1.0, s.along))
+                      : mix(0.38, 1.0, smoothstep(0.0, 0.65, s.along));
+    if (foot && s.disc > 0.0) {
+        float rays = 0.5 + 0.5 * cos(atan(s.circle.y, s.circle.x) * 24.0);
+        albedo *= 1.0 - 0.16 * rays * smoothstep(0.1, 0.4, s.disc) * (1.0 - smoothstep(0.8, 0.9, s.disc));
+        open *= 1.0 - 0.75 * smoothstep(0.86, 0.97, s.disc);
+    }
+
+    // A diagram has no sea: it is lit evenly, so that every part can be read.
+    float diagram = view.beam.w;
+    open = mix(open, 1.0, 0.7 * diagram);
+
+    vec3 light = view.sun.xyz;
+    float wrap = m.wrap;
+    float facing = dot(s.normal, light);
+    float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
+    float caustic = 1.0;
+    if (HIGH != 0u && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
+    vec3 sun = view.sun_color.rgb * sea;
+    vec3 ground = vec3(0.62, 0.52, 0.38);
+
+    vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25));
+    result += albedo * ambient_light(s.normal, sea, ground) * open;
+
+    // Light through the tissue, strongest looking at the sun through a thin tip.
+    float toward = clamp(dot(to_eye, -normalize(light + s.normal * 0.3)), 0.0, 1.0);
+    float through = toward * toward * (toward * toward + 0.6) + 0.18;
+    float thin = exp(-2.0 * 2.0 * s.radius_cm);
+    // What comes through has crossed the tissue: more of its colour, and more of it where the tip is thin.
+    vec3 tint = sqrt(max(albedo, 0.0)) * albedo;
+    float glow = m.translucency * thin * open;
+    result += sun * mix(albedo, tint, 0.4) * (glow * through * 1.8);
+    result += albedo * view.ambient.rgb * sea * (glow * (0.25 + 0.45 * tip));
+
+    float grazing = 1.0 - clamp(dot(s.normal, to_eye), 0.0, 1.0);
+    float g2 = grazing * grazing;
+    vec3 water = view.scattered.rgb * sea;
+    result += water * ((1.0 - diagram) * m.rim * g2 * g2 * open * clamp(0.55 + 0.9 * s.normal.y, 0.0, 1.2));
+    result += albedo * (m.glow * tip);
+    return result;
+}
