@@ -8,7 +8,7 @@
 /// Height and slope (x, z) of the surface at `x` (x, z in eye space), without the waves that are smaller than `footprint` [m]; w:
 /// mean square of the slopes that were left out.
 vec4 surface_at(vec2 x, float footprint) {
-    const int count = HIGH != 0u ? SURFACE_WAVES : SURFACE_WAVES / 2;
+    const int count = HIGH != 0u ? SURFACE_WAVES : 4;
     vec4 sum = vec4(0.0);
     for (int i = 0; i < count; i++) {
         vec4 w = view.surface[i];

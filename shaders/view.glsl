@@ -4,7 +4,7 @@
 // anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
 
 #define WAVES 8
-#define SURFACE_WAVES 8
+#define SURFACE_WAVES 12
 
 /// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that what is
 /// switched off while it draws would cost as much as what is on.

@@ -120,6 +120,7 @@ impl Seen {
             .collect();
         let total: usize = batches.iter().map(|batch| batch.sprites.len()).sum();
         if total == 0 {
+            self.seconds = 0.0;
             return;
         }
         let parts = total.div_ceil(PART);

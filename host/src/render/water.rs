@@ -31,7 +31,7 @@ const BREEZE: [Ripple; WAVES] = [
 ];
 
 /// Trains of the visible surface that the shaders know.
-pub const SURFACE_WAVES: usize = 8;
+pub const SURFACE_WAVES: usize = 12;
 /// The scene's own of them, where it has so many; a breeze over them makes the rest.
 const OWN_SURFACE_WAVES: usize = 5;
 
