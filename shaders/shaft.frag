@@ -26,6 +26,6 @@ void main() {
     float toward = 0.3 + 0.7 * min(0.51 * inversesqrt(x) / x, 2.5);
     vec3 tint = view.scattered.rgb / max(view.scattered.b, max(view.scattered.g, view.scattered.r));
     vec3 light = mix(tint, vec3(1.0), 0.5) * sea_light_at(depth_of(place)) * exp(-view.beam.rgb * distance * 0.3);
-    float strength = 0.06 * min(1.8 * toward, 1.0) * gain * across * along * soft * clamp(distance - 0.5, 0.0, 1.0);
+    float strength = 0.06 * min(1.8 * toward, 1.0) * gain * across * across * along * soft * clamp(distance - 0.5, 0.0, 1.0);
     color = vec4(light * strength, 0.0);
 }

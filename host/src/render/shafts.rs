@@ -109,7 +109,7 @@ pub fn around(middle: DVec2, eye: DVec2) -> Vec<GpuShaft> {
             let place = (place - eye).as_vec2();
             GpuShaft {
                 place: place.to_array(),
-                width: (0.22 + 0.7 * unit(3) * unit(4)) as f32,
+                width: (0.3 + 0.8 * unit(3) * unit(4)) as f32,
                 strength: (1.0 - away * away * away) * nearness(place),
             }
         })
