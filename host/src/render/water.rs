@@ -264,8 +264,8 @@ mod tests {
             scene::{format::SceneFile, wave_tables::WavesTable},
             waves::Waves,
         };
-        let mut file = SceneFile::default();
-        file.waves = Some(WavesTable { wind: 6.0, direction: 30.0, trains: 30 });
+        let waves = Some(WavesTable { wind: 6.0, direction: 30.0, trains: 30 });
+        let file = SceneFile { waves, ..SceneFile::default() };
         let trains = Waves::new(&file, 5).expect("a sound sea");
         let environment = Environment { waves: trains.at(0.0), ..sample::environment() };
         let (eye, time) = (DVec3::new(12.0, -2.0, -7.0), 1000.0);
