@@ -11,6 +11,8 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::own::OWN;
+
 /// What a build left, as its messages name it.
 #[derive(Clone, Debug, Default)]
 pub struct Artifacts {
@@ -20,8 +22,8 @@ pub struct Artifacts {
     pub plugins: BTreeMap<String, PathBuf>,
 }
 
-/// The packages that tests use besides the program.
-const PACKAGES: [&str; 4] = ["reef", "reef-anemone", "reef-example-rust", "reef-fixture-faulty"];
+/// The packages that tests use besides Reef's own plugins.
+const PACKAGES: [&str; 2] = ["reef", "reef-fixture-faulty"];
 
 /// The workspace's folder.
 pub fn workspace() -> &'static Path {
@@ -32,7 +34,10 @@ pub fn workspace() -> &'static Path {
 /// Program and plugins of this workspace, built once a test program.
 pub fn artifacts() -> &'static Artifacts {
     static BUILT: OnceLock<Artifacts> = OnceLock::new();
-    BUILT.get_or_init(|| build(workspace(), &PACKAGES, None))
+    BUILT.get_or_init(|| {
+        let own = OWN.iter().map(|plugin| plugin.package);
+        build(workspace(), &PACKAGES.into_iter().chain(own).collect::<Vec<_>>(), None)
+    })
 }
 
 /// The library of a package of this workspace as a build with these features makes it, in a file of its own in `folder`.

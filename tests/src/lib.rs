@@ -1,8 +1,11 @@
-//! What tests across crates share: the program and the plugins of this very build, and a still sea to step them in.
+//! What tests across crates share: the program and the plugins of this very build, libraries to spoil, and a still sea to
+//! step plugins in.
 
 pub mod artifacts;
 pub mod child;
 pub mod languages;
+pub mod libraries;
+pub mod own;
 pub mod sea;
 
 /// Is a test that lacks something to fail (`REEF_REQUIRE=all`), or to be skipped with its reason printed?

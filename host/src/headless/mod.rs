@@ -1,6 +1,8 @@
 //! Everything that needs no window.
 
 pub mod bench;
+#[cfg(target_os = "linux")]
+pub mod check;
 pub mod compare;
 pub mod doctor;
 pub mod pictures;

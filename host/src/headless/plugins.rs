@@ -1,9 +1,11 @@
-//! `reef plugin`: what is found, what it says of itself, and what was refused.
+//! `reef plugin`: what is found, what it says of itself, and what was refused; the doors to the checker and the scaffold.
 
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+#[cfg(target_os = "linux")]
+use crate::headless::check;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
@@ -25,6 +27,9 @@ pub struct Args {
 pub enum Command {
     /// Lists the plugins that are found, with their parameters, and the files that were refused.
     List,
+    /// Checks whether a plugin keeps to the contract.
+    #[cfg(target_os = "linux")]
+    Check(check::Args),
     /// Makes a folder with a plugin that builds and moves.
     New(scaffold::Args),
 }
@@ -33,6 +38,8 @@ pub enum Command {
 pub fn run(common: &Common, args: &Args) -> Outcome {
     match &args.command {
         Command::List => list(common),
+        #[cfg(target_os = "linux")]
+        Command::Check(args) => check::run(common, args),
         Command::New(args) => scaffold::run(common, args),
     }
 }

@@ -65,22 +65,8 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
         return Err(Refusal::NoLibrary("it is a program or an object file".into()));
     }
     whole(&file, bytes.len() as u64)?;
-    let exports = file.exports().map_err(|error| Refusal::NoLibrary(error.to_string()))?;
-    let symbol = abi::ENTRY_SYMBOL.as_bytes();
-    let is_entry = |name: &[u8]| name == symbol || name.strip_prefix(b"_") == Some(symbol);
-    let mut entry = None;
-    for export in exports {
-        let export = export.map_err(|error| Refusal::NoLibrary(error.to_string()))?;
-        if let (Some(name), ExportTarget::Address { address }) = (export.name().name(), export.target())
-            && is_entry(name)
-        {
-            entry = Some(address);
-            break;
-        }
-    }
-    let entry = entry.ok_or(Refusal::NoEntry)?;
-    let head =
-        head_at(&file, entry).ok_or_else(|| Refusal::BadEntry("the file has no bytes for it".into()))?;
+    let entry = find_entry(&file)?;
+    let head = entry_bytes(&file, entry, HEAD)?;
     let number = |at: usize| u64::from_ne_bytes(std::array::from_fn(|i| head[at + i]));
     if number(0) != abi::MAGIC {
         return Err(Refusal::BadEntry("it does not begin with REEF_MAGIC".into()));
@@ -88,6 +74,29 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
     let sizes = number(8).to_ne_bytes();
     let half = |at: usize| u32::from_ne_bytes(std::array::from_fn(|i| sizes[at + i]));
     Ok(Head { size: half(0), version: half(4), header_hash: number(16) })
+}
+
+/// A word of 32 bits of the entry, at this offset in it.
+pub(crate) fn entry_word(bytes: &[u8], offset: usize) -> Result<u32, Refusal> {
+    let file = object::File::parse(bytes).map_err(|error| Refusal::NoLibrary(error.to_string()))?;
+    let entry = entry_bytes(&file, find_entry(&file)?, offset + 4)?;
+    Ok(u32::from_ne_bytes(std::array::from_fn(|i| entry[offset + i])))
+}
+
+/// The address of the exported entry.
+fn find_entry(file: &object::File<'_>) -> Result<u64, Refusal> {
+    let exports = file.exports().map_err(|error| Refusal::NoLibrary(error.to_string()))?;
+    let symbol = abi::ENTRY_SYMBOL.as_bytes();
+    let is_entry = |name: &[u8]| name == symbol || name.strip_prefix(b"_") == Some(symbol);
+    for export in exports {
+        let export = export.map_err(|error| Refusal::NoLibrary(error.to_string()))?;
+        if let (Some(name), ExportTarget::Address { address }) = (export.name().name(), export.target())
+            && is_entry(name)
+        {
+            return Ok(address);
+        }
+    }
+    Err(Refusal::NoEntry)
 }
 
 /// Are all sections and segments inside of the file? One that is cut crashes whoever maps it.
@@ -98,12 +107,18 @@ fn whole(file: &object::File<'_>, has: u64) -> Result<(), Refusal> {
     if needs > has { Err(Refusal::Cut { has, needs }) } else { Ok(()) }
 }
 
-/// The first 24 bytes at an address.
-fn head_at<'a>(file: &object::File<'a>, address: u64) -> Option<&'a [u8]> {
-    let section = file.sections().find(|s| (s.address()..s.address() + s.size()).contains(&address))?;
-    let data = section.data().ok()?;
-    let start = usize::try_from(address - section.address()).ok()?;
-    data.get(start..start.checked_add(24)?)
+/// Magic, size, version and hash [bytes].
+const HEAD: usize = 24;
+
+/// The first `length` bytes at an address.
+fn entry_bytes<'a>(file: &object::File<'a>, address: u64, length: usize) -> Result<&'a [u8], Refusal> {
+    let find = || {
+        let section = file.sections().find(|s| (s.address()..s.address() + s.size()).contains(&address))?;
+        let data = section.data().ok()?;
+        let start = usize::try_from(address - section.address()).ok()?;
+        data.get(start..start.checked_add(length)?)
+    };
+    find().ok_or_else(|| Refusal::BadEntry("the file has no bytes for it".into()))
 }
 
 fn machine(file: &object::File<'_>) -> String {

@@ -75,18 +75,21 @@ pub struct StepTimes {
 /// One module of a scene at work.
 #[derive(Debug)]
 pub struct Instance {
-    raw: Raw,
-    recorder: Recorder,
+    pub(super) raw: Raw,
+    pub(super) recorder: Recorder,
     health: Health,
     times: StepTimes,
     // Dropped in this order: the services' pool before the library that owns its threads.
-    services: Box<Services>,
+    pub(super) services: Box<Services>,
     plugin: Plugin,
 }
 
+/// An instance's step.
+pub(super) type StepFn = unsafe extern "C" fn(*mut c_void, *const abi::Step, *const abi::Output) -> i32;
+
 /// The functions of an instance.
 #[derive(Clone, Copy, Debug)]
-struct Raw(abi::Instance);
+pub(super) struct Raw(pub(super) abi::Instance);
 
 // SAFETY: the context is the plugin's own, and its functions are called on the control thread only.
 unsafe impl Send for Raw {}
@@ -96,6 +99,15 @@ unsafe impl Sync for Raw {}
 impl Plugin {
     /// Makes an instance. `config` is the JSON object `{"scene": …, "species": …, "config": …}`.
     pub fn create(&self, config: &str) -> Result<Instance, PluginError> {
+        self.create_with(config, Services::table)
+    }
+
+    /// The same, with the table that `table` makes of the instance's services; it must live as long as they.
+    pub(super) fn create_with(
+        &self,
+        config: &str,
+        table: impl Fn(&Services) -> *const abi::Host + Sync,
+    ) -> Result<Instance, PluginError> {
         let id = &self.info().id;
         let failed = |status: i32, message: String| PluginError::Call {
             plugin: id.clone(),
@@ -110,13 +122,13 @@ impl Plugin {
         };
         let mut raw = Raw(NO_INSTANCE);
         services.begin_call();
-        let (place, services_of) = (&mut raw, &services);
+        let (place, services_of, table) = (&mut raw, &services, &table);
         let status = generation
             .enter(id, "create", move || {
                 let Raw(out) = place;
                 // SAFETY: the descriptor's function with the arguments that the contract asks for; the table lives as long
                 // as the instance.
-                unsafe { create(services_of.table(), config.as_ptr().cast(), config.len() as u64, out) }
+                unsafe { create(table(services_of), config.as_ptr().cast(), config.len() as u64, out) }
             })
             .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "create", message })?;
         if status != abi::OK {
@@ -142,7 +154,7 @@ impl Plugin {
     }
 }
 
-const NO_INSTANCE: abi::Instance = abi::Instance {
+pub(super) const NO_INSTANCE: abi::Instance = abi::Instance {
     size: size_of::<abi::Instance>() as u32,
     spare: 0,
     ctx: std::ptr::null_mut(),
@@ -174,7 +186,7 @@ impl Raw {
     }
 }
 
-fn generation(plugin: &Plugin) -> Result<&Generation, PluginError> {
+pub(super) fn generation(plugin: &Plugin) -> Result<&Generation, PluginError> {
     plugin.library().generation().ok_or_else(|| PluginError::Call {
         plugin: plugin.info().id.clone(),
         call: "load",
@@ -229,6 +241,20 @@ impl Instance {
 
     /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds what counts.
     pub fn step(&mut self, input: &StepInput<'_>, events: &[abi::Event]) -> StepReport {
+        self.step_with(input, events, |step, ctx, input, output| {
+            // SAFETY: the instance's function on its control thread; input and output live during the call, and nobody else
+            // uses the recorder meanwhile.
+            unsafe { step(ctx, input, output) }
+        })
+    }
+
+    /// The same, with the call left to `call`, which runs guarded on the control thread.
+    pub(super) fn step_with(
+        &mut self,
+        input: &StepInput<'_>,
+        events: &[abi::Event],
+        call: impl FnOnce(StepFn, *mut c_void, &abi::Step, &abi::Output) -> i32 + Send,
+    ) -> StepReport {
         if let Health::Stopped(message) | Health::Faulty(message) = self.health() {
             return StepReport { status: StepStatus::Standing, message: Some(message.clone()) };
         }
@@ -248,9 +274,7 @@ impl Instance {
         let (step_input, output) = (&step_input, &output);
         let status = generation.enter(&self.plugin.info().id, "step", move || {
             let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
-            // SAFETY: the instance's function on its control thread; input and output live during the call, and nobody else
-            // uses the recorder meanwhile.
-            unsafe { step(instance.ctx, step_input, output) }
+            call(step, instance.ctx, step_input, output)
         });
         let ended = Instant::now();
         self.services.end_step();
@@ -291,7 +315,7 @@ impl Instance {
     }
 
     /// Calls one of the instance's functions on its control thread; a failure comes back with its message.
-    fn call(
+    pub(super) fn call(
         &self,
         name: &'static str,
         call: impl FnOnce(*mut c_void, &abi::Instance) -> Option<i32> + Send,
@@ -341,7 +365,7 @@ impl Instance {
     /// The whole state of the instance, in its envelope.
     pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
         let generation = generation(&self.plugin)?.number();
-        let mut sink = Sink { generation, ..Sink::default() };
+        let mut sink = Sink { generation, room: LARGEST_STATE, ..Sink::default() };
         let sink_pointer = Pointer((&raw mut sink).cast());
         self.call("save_state", move |ctx, raw| {
             let Pointer(sink) = { sink_pointer };
@@ -379,7 +403,7 @@ impl Instance {
                 readable.end()
             )));
         }
-        let mut source = Source { rest: envelope.payload };
+        let mut source = Source { rest: envelope.payload, most: usize::MAX };
         let source_pointer = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
             let Pointer(source) = { source_pointer };
@@ -435,7 +459,7 @@ impl Drop for Instance {
 }
 
 /// A pointer on its way to the control thread, which uses it while its owner waits.
-struct Pointer(*mut c_void);
+pub(super) struct Pointer(pub(super) *mut c_void);
 
 // SAFETY: `Generation::run` returns when the control thread is done with it.
 unsafe impl Send for Pointer {}
@@ -448,18 +472,20 @@ unsafe impl<T> Sync for Shown<T> {}
 
 /// Where a state is written.
 #[derive(Default)]
-struct Sink {
-    generation: u64,
-    bytes: Vec<u8>,
-    overflow: bool,
+pub(super) struct Sink {
+    pub(super) generation: u64,
+    pub(super) bytes: Vec<u8>,
+    /// Most bytes that it takes.
+    pub(super) room: usize,
+    pub(super) overflow: bool,
 }
 
-unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
+pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
     guard::require_stack();
     // SAFETY: the context of `save`'s sink, which nobody else uses during the call.
     let sink = unsafe { &mut *ctx.cast::<Sink>() };
     let fits =
-        usize::try_from(length).is_ok_and(|length| sink.bytes.len().saturating_add(length) <= LARGEST_STATE);
+        usize::try_from(length).is_ok_and(|length| sink.bytes.len().saturating_add(length) <= sink.room);
     if !fits {
         sink.overflow = true;
         return abi::NO_SPACE;
@@ -479,17 +505,19 @@ unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) 
 }
 
 /// Where a state is read from.
-struct Source<'a> {
-    rest: &'a [u8],
+pub(super) struct Source<'a> {
+    pub(super) rest: &'a [u8],
+    /// Most bytes that it gives at once.
+    pub(super) most: usize,
 }
 
-unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
+pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
     // SAFETY: the context of `load`'s source, which nobody else uses during the call.
     let source = unsafe { &mut *ctx.cast::<Source<'_>>() };
     if bytes.is_null() {
         return 0;
     }
-    let count = source.rest.len().min(usize::try_from(length).unwrap_or(usize::MAX));
+    let count = source.rest.len().min(usize::try_from(length).unwrap_or(usize::MAX)).min(source.most);
     let (part, rest) = source.rest.split_at(count);
     // SAFETY: the plugin has room for `length` bytes, and `count` is not above that.
     unsafe { std::ptr::copy_nonoverlapping(part.as_ptr(), bytes.cast::<u8>(), count) };

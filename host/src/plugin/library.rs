@@ -113,6 +113,11 @@ impl Library {
         bytes: &[u8],
         workers: usize,
     ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        Self::open_bytes(path, bytes, workers)?.describe()
+    }
+
+    /// Loads and opens a library whose descriptors nobody has read yet.
+    pub(crate) fn open_bytes(path: &Path, bytes: &[u8], workers: usize) -> Result<Self, Refusal> {
         let head = inspect::inspect(bytes)?;
         let note = inspect::judge(head, CONTRACT)?;
         let generation = start(workers)?;
@@ -134,7 +139,7 @@ impl Library {
         }
         open.claim_address()?;
         open.entry = Entry(entry);
-        Self::describe(open, Some(path.to_owned()), &name, note)
+        Self::open(open, Some(path.to_owned()), note)
     }
 
     /// A library that is linked into the program (models in tests and benches): the same path without a file.
@@ -150,25 +155,20 @@ impl Library {
         let generation = start(workers)?;
         let services = Services::new(&generation, "linked");
         let open = Open { entry: Entry(*entry), services, generation, loaded: None };
-        Self::describe(open, None, "linked", note)
+        Self::open(open, None, note)?.describe()
     }
 
-    /// Opens the library and reads what it says of itself.
-    fn describe(
-        open: Open,
-        path: Option<PathBuf>,
-        name: &str,
-        note: Option<String>,
-    ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
-        let mut library = Self { open: None, path, notes: note.into_iter().collect() };
+    /// Opens the library.
+    fn open(open: Open, path: Option<PathBuf>, note: Option<String>) -> Result<Self, Refusal> {
         let entry = open.entry;
         let (Some(open_library), Some(_)) = (entry.0.open, entry.0.close) else {
             return Err(Refusal::BadEntry("its open or close is NULL".into()));
         };
+        let mut library = Self { open: None, path, notes: note.into_iter().collect() };
         open.services.begin_call();
         // SAFETY: the entry's function with the host's table, which lives until close() returned.
         let call = || unsafe { open_library(open.services.table()) };
-        let status = open.generation.enter(name, "open", call).map_err(Refusal::Fault)?;
+        let status = open.generation.enter(&library.name(), "open", call).map_err(Refusal::Fault)?;
         if status != abi::OK {
             let message = open.services.take_error();
             let message = message.unwrap_or_else(|| format!("it returned {}", status_name(status)));
@@ -176,20 +176,26 @@ impl Library {
         }
         // From here on, dropping the library calls close().
         library.open = Some(open);
-        let count = entry.0.descriptor_count;
+        Ok(library)
+    }
+
+    /// Reads what the library says of itself.
+    fn describe(self) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        let entry = self.raw_entry();
+        let count = entry.descriptor_count;
         if !(1..=MOST_PLUGINS).contains(&count) {
             return Err(Refusal::BadDescriptor(format!(
                 "it has {count} plugins; allowed is 1 to {MOST_PLUGINS}"
             )));
         }
-        let list = entry.0.descriptors;
+        let list = entry.descriptors;
         if list.is_null() || !list.is_aligned() {
             return Err(Refusal::BadDescriptor("its list of descriptors is NULL or misaligned".into()));
         }
-        let contract = version_text(entry.0.version);
+        let contract = version_text(entry.version);
         // What a pointer of a descriptor leads to is read as if it were the library's code: it may lead nowhere.
-        let (source, list) = (library.path.clone(), List(list));
-        let read = library.enter(name, "descriptor", move || {
+        let (source, list) = (self.path.clone(), List(list));
+        let read = self.enter("descriptor", move || {
             let List(list) = { list };
             let mut described = Vec::new();
             for i in 0..count as usize {
@@ -203,12 +209,37 @@ impl Library {
             Ok::<_, String>(described)
         });
         let described = read.map_err(Refusal::Fault)?.map_err(Refusal::BadDescriptor)?;
-        let library = Arc::new(library);
+        let library = Arc::new(self);
         let plugins = described
             .into_iter()
             .map(|(Described(descriptor), info)| Plugin { library: library.clone(), descriptor, info })
             .collect();
         Ok((library, plugins))
+    }
+
+    /// The entry as the library has it. The pointers in it lead to constants of the library.
+    pub(super) fn raw_entry(&self) -> abi::Entry {
+        self.open.as_ref().map_or(NO_ENTRY, |open| open.entry.0)
+    }
+
+    /// Its name in messages.
+    fn name(&self) -> String {
+        self.path.as_deref().map_or_else(|| "linked".to_owned(), file_name)
+    }
+
+    /// Calls close() and unloads the library; Err: what its code did in place of returning. Instances must be gone.
+    pub(crate) fn close(mut self) -> Result<(), String> {
+        self.close_open()
+    }
+
+    fn close_open(&mut self) -> Result<(), String> {
+        let name = self.name();
+        let Some(open) = self.open.take() else { return Ok(()) };
+        match open.entry.0.close {
+            // SAFETY: open() succeeded, and no instance is left: each holds this library.
+            Some(close) => open.generation.enter(&name, "close", || unsafe { close() }),
+            None => Ok(()),
+        }
     }
 
     /// The file that it came from; None: linked into the program.
@@ -222,16 +253,21 @@ impl Library {
     }
 
     /// Runs code of the library on its control thread.
-    fn enter<R: Send>(
+    pub(super) fn enter<R: Send>(
         &self,
-        name: &str,
         call: &'static str,
         code: impl FnOnce() -> R + Send,
     ) -> Result<R, String> {
         match &self.open {
-            Some(open) => open.generation.enter(name, call, code),
+            Some(open) => open.generation.enter(&self.name(), call, code),
             None => Err("it is closed".into()),
         }
+    }
+
+    /// Runs code of the host's on the library's control thread.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn on_control<R: Send>(&self, code: impl FnOnce() -> R + Send) -> Result<R, String> {
+        self.generation().map(|generation| generation.run(code)).ok_or_else(|| "it is closed".into())
     }
 
     /// Its threads. None only while it is dropped.
@@ -258,13 +294,8 @@ impl Plugin {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        let Some(open) = self.open.take() else { return };
-        if let Some(close) = open.entry.0.close {
-            let name = self.path.as_deref().map_or_else(|| "linked".to_owned(), file_name);
-            // SAFETY: open() succeeded, and no instance is left: each holds this library.
-            if let Err(message) = open.generation.enter(&name, "close", || unsafe { close() }) {
-                tracing::debug!("{message}");
-            }
+        if let Err(message) = self.close_open() {
+            tracing::debug!("{message}");
         }
     }
 }

@@ -8,9 +8,13 @@
 //!
 //! Every call into a library, and every job, goes through a [`guard`].
 //!
-//! `unsafe` lives here (and in `gpu`): in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`, `instance`
-//! and the two functions of `recorder` that a plugin calls.
+//! What only `reef plugin check` does to a plugin is in `bare`.
+//!
+//! `unsafe` lives here (and in `gpu`): in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
+//! `instance`, `bare` and the two functions of `recorder` that a plugin calls.
 
+#[cfg(target_os = "linux")]
+pub(crate) mod bare;
 pub mod check;
 pub mod envelope;
 mod error;

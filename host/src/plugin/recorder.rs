@@ -66,6 +66,20 @@ impl Recorder {
         self.current = Arc::default();
     }
 
+    /// Fills all room that no good step's elements are in with nonsense, as the contract allows.
+    pub(super) fn soil(&mut self) {
+        let unused = self.spare.iter_mut().chain([&mut self.staging]);
+        for outputs in unused.filter_map(Arc::get_mut) {
+            (1..abi::STREAM_COUNT).filter_map(|stream| lane(outputs, stream).map(Lane::soil)).for_each(drop);
+        }
+        self.materials.soil();
+    }
+
+    /// How many elements of a stream the last step committed.
+    pub(super) fn committed(&self, stream: u32) -> Option<u64> {
+        self.progress.get(stream as usize)?.committed
+    }
+
     /// A step begins.
     pub(crate) fn begin(&mut self) {
         self.progress = [Progress::default(); STREAMS];

@@ -5,6 +5,8 @@ use std::{
     ptr::NonNull,
 };
 
+use super::streams::SOIL;
+
 /// Greatest alignment that a plugin may ask for [bytes].
 pub(crate) const MAX_ALIGN: u64 = 4096;
 /// Most scratch memory of one instance in one step [bytes].
@@ -58,6 +60,14 @@ impl Scratch {
         }
         self.used = 0;
         self.full = 0;
+    }
+
+    /// Fills everything that was lent with nonsense: the step is over.
+    pub(crate) fn soil(&mut self) {
+        for block in &self.blocks {
+            // SAFETY: the block's own memory, which nobody may use between two steps.
+            unsafe { block.start.as_ptr().write_bytes(SOIL, block.layout.size()) };
+        }
     }
 
     /// `bytes` at a multiple of `align` (a power of two up to [`MAX_ALIGN`]); None: above [`LIMIT`], or no memory.

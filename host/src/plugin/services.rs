@@ -155,6 +155,11 @@ impl Services {
         textures.map_or_else(TextureList::default, |own| own.list().clone())
     }
 
+    /// Between two steps: scratch memory holds nonsense.
+    pub(super) fn soil(&self) {
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner).soil();
+    }
+
     fn fail(&self, status: i32, message: String) -> i32 {
         *self.error.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
         status

@@ -76,6 +76,9 @@ pub fn stream_name(stream: u32) -> &'static str {
     }
 }
 
+/// What memory holds that nobody has written yet, where a plugin must not rely on it.
+pub(super) const SOIL: u8 = 0x5a;
+
 /// One stream's memory, whatever its element.
 pub(crate) trait Lane {
     /// Bytes of an element.
@@ -86,6 +89,8 @@ pub(crate) trait Lane {
     fn start(&mut self) -> *mut c_void;
     /// Keeps the first `count`.
     fn truncate(&mut self, count: usize);
+    /// Fills the elements with nonsense.
+    fn soil(&mut self);
 }
 
 impl<T: bytemuck::Pod> Lane for Vec<T> {
@@ -105,5 +110,9 @@ impl<T: bytemuck::Pod> Lane for Vec<T> {
 
     fn truncate(&mut self, count: usize) {
         Vec::truncate(self, count);
+    }
+
+    fn soil(&mut self) {
+        bytemuck::cast_slice_mut::<T, u8>(self).fill(SOIL);
     }
 }

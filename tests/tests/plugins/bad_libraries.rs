@@ -7,7 +7,7 @@ use std::{
 
 use reef::plugin::{Refusal, Registry};
 use reef_abi as abi;
-use reef_tests::artifacts::artifacts;
+use reef_tests::{artifacts::artifacts, libraries::entry_at};
 use tempfile::TempDir;
 
 use crate::refusal;
@@ -24,17 +24,6 @@ fn file(bytes: &[u8]) -> (TempDir, PathBuf) {
     let path = folder.path().join(format!("libspoilt{}", std::env::consts::DLL_SUFFIX));
     fs::write(&path, bytes).unwrap();
     (folder, path)
-}
-
-/// Where the entry's head (magic, size, version) stands in a library's bytes.
-fn entry_at(bytes: &[u8]) -> usize {
-    let mut head = abi::MAGIC.to_ne_bytes().to_vec();
-    head.extend((size_of::<abi::Entry>() as u32).to_ne_bytes());
-    head.extend(abi::VERSION.to_ne_bytes());
-    let places: Vec<usize> =
-        bytes.windows(head.len()).enumerate().filter(|(_, w)| *w == head).map(|(i, _)| i).collect();
-    assert_eq!(places.len(), 1, "one entry is in the library");
-    places[0]
 }
 
 #[test]

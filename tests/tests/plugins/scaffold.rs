@@ -36,6 +36,11 @@ fn does_what_it_should(folder: &Path, id: &str, library: &Path) {
         "{}",
         told(&listed)
     );
+    // The commands that were printed name the library; without guards there is no checker.
+    if cfg!(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))) {
+        let checked = reef(folder, &["plugin", "check", library.to_str().unwrap()]);
+        assert!(checked.status.success(), "{}", told(&checked));
+    }
     let simulated = reef(folder, &["sim", "scene.toml", "--steps", "60", "--plugin-dir", plugins]);
     assert!(simulated.status.success(), "{}", told(&simulated));
 
@@ -104,6 +109,11 @@ fn scaffold(language: &str) -> (tempfile::TempDir, PathBuf) {
     assert!(made.status.success(), "{}", told(&made));
     let json: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
     assert_eq!(json["id"], "my.my-weed");
+    let check = json["commands"][2].as_str().unwrap();
+    assert!(
+        check.starts_with("reef plugin check ") && check.ends_with(std::env::consts::DLL_SUFFIX),
+        "{check}"
+    );
     let folder = parent.path().join("my-weed");
     for file in json["files"].as_array().unwrap() {
         assert!(folder.join(file.as_str().unwrap()).is_file(), "{file}");

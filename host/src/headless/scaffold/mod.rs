@@ -68,8 +68,12 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         Language::C => ("make", "."),
     };
     let folder = args.folder.display();
-    let commands =
-        [format!("cd {folder}"), build.to_owned(), format!("reef scene.toml --plugin-dir {plugins}")];
+    let commands = [
+        format!("cd {folder}"),
+        build.to_owned(),
+        format!("reef plugin check {plugins}/{}", library(args.lang, &name)),
+        format!("reef scene.toml --plugin-dir {plugins}"),
+    ];
     if common.json {
         let files: Vec<&str> = files.iter().map(|(path, _)| *path).collect();
         say(json!({ "folder": args.folder, "id": id(&name), "files": files, "commands": commands }));
@@ -87,6 +91,15 @@ fn id(name: &str) -> String {
     format!("my.{name}")
 }
 
+/// The file that a build makes.
+fn library(language: Language, name: &str) -> String {
+    let stem = match language {
+        Language::Rust => name.replace('-', "_"),
+        Language::C => name.to_owned(),
+    };
+    format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}")
+}
+
 /// Files of a scaffold: path in the folder, content.
 type Files = Vec<(&'static str, String)>;
 
@@ -98,7 +111,8 @@ fn filled(template: &str, name: &str) -> String {
         .replace("@name@", name)
         .replace("@title@", &title)
         .replace("@id@", &id(name))
-        .replace("@library@", &format!("{DLL_PREFIX}{name}{DLL_SUFFIX}"))
+        .replace("@library@", &library(Language::C, name))
+        .replace("@crate-library@", &library(Language::Rust, name))
 }
 
 fn c(name: &str) -> Files {
@@ -210,7 +224,9 @@ mod tests {
         for (path, content) in rust("two-words", &sdk).unwrap().into_iter().chain(c("two-words")) {
             let left: Vec<&str> = content.split('@').skip(1).step_by(2).collect();
             assert!(
-                !left.iter().any(|word| ["name", "title", "id", "sdk", "library"].contains(word)),
+                !left
+                    .iter()
+                    .any(|word| ["name", "title", "id", "sdk", "library", "crate-library"].contains(word)),
                 "{path}: {left:?}"
             );
         }

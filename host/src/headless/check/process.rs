@@ -1,0 +1,145 @@
+//! One check in a process of its own. Whatever happens there — a crash, a hang, children, garbage on its outputs — becomes a
+//! verdict here.
+
+use std::{
+    env,
+    ffi::OsString,
+    fs,
+    io::Read,
+    os::unix::process::{CommandExt, ExitStatusExt},
+    path::{Path, PathBuf},
+    process::{Command, ExitStatus, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use tempfile::TempDir;
+
+use super::{Args, group, limit, verdict::Verdict};
+use crate::{cli::Common, failure::Failure};
+
+/// How much of what a check's process says is kept [bytes].
+const KEPT: usize = 4096;
+
+/// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the byte.
+const EXACT_HEAP: &str = "glibc.malloc.tcache_count=0";
+
+/// How checks are run.
+pub(super) struct Conduct {
+    program: PathBuf,
+    path: PathBuf,
+    arguments: Vec<OsString>,
+    limit: Duration,
+    /// Verdicts go here.
+    folder: TempDir,
+    runs: AtomicU64,
+}
+
+impl Conduct {
+    /// For this library and these options.
+    pub(super) fn new(common: &Common, args: &Args, path: &Path) -> Result<Self, Failure> {
+        let lacks = |what: &str, error: &std::io::Error| Failure::machine(miette::miette!("{what}: {error}"));
+        let program = env::current_exe().map_err(|error| lacks("this program cannot be found", &error))?;
+        let path = fs::canonicalize(path)
+            .map_err(|error| Failure::input(miette::miette!("{}: {error}", path.display())))?;
+        let folder =
+            tempfile::tempdir().map_err(|error| lacks("no folder for verdicts (set TMPDIR)", &error))?;
+        let mut arguments: Vec<OsString> = ["--timeout".into(), args.timeout.to_string().into()].into();
+        if let Some(config) = &args.config {
+            arguments.extend(["--config".into(), config.into()]);
+        }
+        if let Some(assets) = &common.assets {
+            arguments.extend(["--assets".into(), assets.into()]);
+        }
+        group::adopt_orphans();
+        Ok(Self { program, path, arguments, limit: limit(args), folder, runs: AtomicU64::new(0) })
+    }
+
+    /// Runs one check.
+    pub(super) fn run(&self, check: &str, plugin: Option<&str>) -> Verdict {
+        let number = self.runs.fetch_add(1, Ordering::Relaxed);
+        let verdict = self.folder.path().join(format!("{number}-{check}"));
+        let mut command = Command::new(&self.program);
+        command.args(["plugin", "check"]).arg(&self.path).args(["--only", check]).args(&self.arguments);
+        if let Some(plugin) = plugin {
+            command.args(["--plugin", plugin]);
+        }
+        command.arg("--verdict").arg(&verdict).env(group::MARK, &verdict).env("GLIBC_TUNABLES", EXACT_HEAP);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
+        let mut child = match command.spawn() {
+            Ok(child) => child,
+            Err(error) => return Verdict::Failed(format!("its process could not be started: {error}")),
+        };
+        let said = child.stderr.take().map(listen).unwrap_or_default();
+        let end = Instant::now() + self.limit;
+        let mut pause = Duration::from_micros(500);
+        let in_time = loop {
+            if group::has_ended(child.id()) {
+                break true;
+            }
+            if Instant::now() > end {
+                break false;
+            }
+            thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(10));
+        };
+        // Before it is reaped, lest its number be somebody else's by then.
+        group::kill(child.id());
+        let status = child.wait();
+        group::kill_strays(&verdict);
+        if !in_time {
+            return Verdict::Failed(format!(
+                "it did not end within {} s, and was killed",
+                self.limit.as_secs_f64()
+            ));
+        }
+        let written = fs::read(&verdict).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        written.unwrap_or_else(|| {
+            let how = status.map_or_else(|error| error.to_string(), how);
+            Verdict::Failed(format!("its process {how} before the check was over{}", last_words(&said)))
+        })
+    }
+}
+
+/// How a process ended.
+fn how(status: ExitStatus) -> String {
+    match (status.signal(), status.code()) {
+        (Some(signal), _) => format!("was ended by signal {signal}"),
+        (None, Some(code)) => format!("ended itself with exit code {code}"),
+        (None, None) => "ended".to_owned(),
+    }
+}
+
+/// Reads a stream to its end, however long that may be, and keeps its last bytes.
+fn listen(mut stream: impl Read + Send + 'static) -> Arc<Mutex<Vec<u8>>> {
+    let kept: Arc<Mutex<Vec<u8>>> = Arc::default();
+    let ours = kept.clone();
+    // Nobody waits for this thread: something that escaped may hold the stream open.
+    thread::spawn(move || {
+        let mut buffer = [0; KEPT];
+        while let Ok(count @ 1..) = stream.read(&mut buffer) {
+            let mut kept = ours.lock().unwrap_or_else(PoisonError::into_inner);
+            kept.extend_from_slice(&buffer[..count]);
+            let too_many = kept.len().saturating_sub(KEPT);
+            kept.drain(..too_many);
+        }
+    });
+    kept
+}
+
+/// The last line that was said.
+fn last_words(said: &Mutex<Vec<u8>>) -> String {
+    // What was written before the end may be on its way still.
+    thread::sleep(Duration::from_millis(5));
+    let kept = said.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = String::from_utf8_lossy(&kept);
+    let printable = |line: &str| line.chars().filter(|c| !c.is_control()).collect::<String>();
+    match text.lines().map(printable).rfind(|line| !line.trim().is_empty()) {
+        Some(line) => format!("; it said: {}", line.trim()),
+        None => String::new(),
+    }
+}

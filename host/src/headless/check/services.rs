@@ -1,0 +1,102 @@
+//! What the host lends, and what a plugin must not get elsewhere.
+
+use super::{
+    sea::Sea,
+    step::FULL,
+    subject::{Subject, WORKERS, difference, everything, run, step},
+    table::{
+        Check, Of,
+        Rule::{Guide, Header},
+    },
+    verdict::{Not, Outcome, broken, must},
+};
+use crate::plugin::bare::imports::Kind;
+
+pub(super) const CHECKS: &[Check] = &[
+    Check {
+        name: "services-scratch",
+        about: "Scratch memory of one step is not relied on in the next.",
+        rule: Header("Memory until the end of this step"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: scratch,
+    },
+    Check {
+        name: "services-float",
+        about: "Steps leave rounding and the smallest numbers as they were.",
+        rule: Header("All give the same bytes."),
+        needs: FULL,
+        of: Of::Plugin,
+        run: float,
+    },
+    Check {
+        name: "services-threads",
+        about: "No thread or process is started.",
+        rule: Header("Plugins never start threads."),
+        needs: FULL,
+        of: Of::Plugin,
+        run: threads,
+    },
+    Check {
+        name: "services-libm",
+        about: "No step calls functions of the C library that differ from system to system.",
+        rule: Guide("No `sin`, `cos`, `exp` or `pow` of the C library or of Rust's `std`"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: inexact,
+    },
+];
+
+fn scratch(subject: &Subject) -> Outcome {
+    let (plugin, mut plain) = subject.fresh()?;
+    let mut soiled = subject.create(&plugin)?;
+    let sea = Sea::full();
+    for number in 0..20 {
+        step(&mut plain, &sea.input(number), &[])?;
+        step(&mut soiled, &sea.input(number), &[])?;
+        if let Some(difference) = difference(&everything(&mut plain)?, &everything(&mut soiled)?) {
+            broken!(
+                "with other content in the scratch memory of former steps, step {number} is another: {difference}"
+            );
+        }
+        soiled.soil_scratch();
+    }
+    Ok(None)
+}
+
+fn float(subject: &Subject) -> Outcome {
+    let (_plugin, mut instance) = subject.fresh()?;
+    for number in 0..20 {
+        let [before, after] = instance.step_float(&Sea::full().input(number));
+        must!(
+            before == after,
+            "step {number} changed the floating-point control word from {before:#x} to {after:#x}: -ffast-math does that"
+        );
+    }
+    Ok(None)
+}
+
+fn threads(subject: &Subject) -> Outcome {
+    let plugin = subject.load(WORKERS)?;
+    let text = subject.create_text(&plugin)?;
+    let imports = plugin.library().watch_imports().map_err(Not::There)?;
+    let (count, name) = imports.count(Kind::Thread, || {
+        // Whether it can be made and steps is for other checks.
+        if let Ok(mut instance) = plugin.create(&text) {
+            let _ = run(&mut instance, &Sea::full(), 0..60);
+        }
+    });
+    must!(count == 0, "it called {name} {count} times");
+    Ok(None)
+}
+
+fn inexact(subject: &Subject) -> Outcome {
+    let (plugin, mut instance) = subject.fresh()?;
+    let imports = plugin.library().watch_imports().map_err(Not::There)?;
+    let (count, name) = imports.count(Kind::Inexact, || {
+        // Whether it steps is for other checks.
+        let _ = run(&mut instance, &Sea::full(), 0..60);
+    });
+    must!(count == 0, "in 60 steps it called such functions {count} times, {name} the last");
+    Ok(None)
+}
