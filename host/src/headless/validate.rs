@@ -18,6 +18,7 @@ use crate::{
     files,
     gpu::{Gpu, GpuOptions, Message, Picture, Validation},
     open::{self, say},
+    render::{Quality, Settings},
 };
 
 /// Size of golden pictures [px].
@@ -141,6 +142,9 @@ fn validate(
     }
     show.go_to(time);
     let actual = studio.shoot(&show.shot(), &settings)?;
+    // Low quality has passes of its own; the layers look at them, too.
+    let low = Settings { debug_channels: settings.debug_channels, ..Settings::of(Quality::Low) };
+    studio.run(&show.shot(), &low)?;
     drop(studio);
 
     let mut faults: Vec<String> =
