@@ -242,19 +242,27 @@ impl Bed {
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
         let Self { plants, feet, fibres, followers, node_bounds, field, .. } = self;
-        let advance = |batch: &mut Batch| {
+        let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]]| {
             batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
             batch.chunk.set_gain(around.dt, settings.damping);
-            wide::step(around.level, &mut batch.chunk, &batch.packed, &batch.contacts, &constants);
+            wide::step_into(
+                around.level,
+                &mut batch.chunk,
+                &batch.packed,
+                &batch.contacts,
+                &constants,
+                nodes,
+            );
         };
         around.workers.for_each_part(
             (Chunks::new(feet, 1), Parts::new(feet_nodes, &node_bounds[0])),
             |_, (batch, nodes)| {
                 for batch in batch {
                     if moving {
-                        advance(batch);
+                        advance(batch, nodes);
+                    } else {
+                        wide::emit(around.level, &mut batch.chunk, nodes);
                     }
-                    batch.chunk.emit(nodes);
                 }
             },
         );
@@ -269,9 +277,10 @@ impl Bed {
                     if moving {
                         batch.carry(plants);
                         batch.touch(around.obstacles, settings.contact);
-                        advance(batch);
+                        advance(batch, nodes);
+                    } else {
+                        wide::emit(around.level, &mut batch.chunk, nodes);
                     }
-                    batch.chunk.emit(nodes);
                 }
             },
         );
@@ -284,7 +293,7 @@ impl Bed {
                         batch.carry(plants);
                         batch.follow(around.level, fibres);
                     }
-                    batch.chunk.emit(nodes);
+                    wide::emit(around.level, &mut batch.chunk, nodes);
                 }
             },
         );
