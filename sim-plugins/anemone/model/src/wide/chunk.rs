@@ -428,6 +428,11 @@ impl Chunk {
         self.breakable && self.roots[fibre / LANES].broken[fibre % LANES] != 0.0
     }
 
+    /// Whether any fibre is broken off.
+    pub fn has_broken(&self) -> bool {
+        self.breakable && (0..self.count).any(|fibre| self.is_broken(fibre))
+    }
+
     /// Numbers of state a chunk has: see [`Self::save`].
     pub fn state_len(&self) -> usize {
         (self.segments * 2 + 5) * self.count.next_multiple_of(SAVED)
