@@ -7,6 +7,7 @@ use std::{
 };
 
 use reef_abi as abi;
+use reef_flow::simd::blocks;
 
 use crate::{
     Outputs,
@@ -64,6 +65,7 @@ struct Fault {
 
 type Checked = Result<(), Fault>;
 
+#[cold]
 fn fault(field: &'static str, problem: impl Into<String>) -> Checked {
     Err(Fault { field, problem: problem.into() })
 }
@@ -75,6 +77,7 @@ fn finite<const N: usize, T: Copy + Display + Into<f64>>(field: &'static str, va
     }
 }
 
+#[inline(always)]
 fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
     if (low..=high).contains(&value) {
         return Ok(());
@@ -82,6 +85,7 @@ fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
     fault(field, format!("is {value}, allowed is {low} to {high}"))
 }
 
+#[inline(always)]
 fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value >= low {
         return Ok(());
@@ -89,6 +93,7 @@ fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
     fault(field, format!("is {value}, allowed is {low} and more"))
 }
 
+#[inline(always)]
 fn above(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value > low {
         return Ok(());
@@ -96,6 +101,7 @@ fn above(field: &'static str, value: f32, low: f32) -> Checked {
     fault(field, format!("is {value}, allowed is above {low}"))
 }
 
+#[inline(always)]
 fn world(field: &'static str, position: [f64; 3]) -> Checked {
     match position.into_iter().find(|v| !v.is_finite() || v.abs() > FARTHEST) {
         Some(value) => fault(field, format!("is {value}, allowed is within {FARTHEST} m")),
@@ -103,6 +109,7 @@ fn world(field: &'static str, position: [f64; 3]) -> Checked {
     }
 }
 
+#[inline(always)]
 fn unit(field: &'static str, v: [f32; 3]) -> Checked {
     let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if (squared - 1.0).abs() <= UNIT_TOLERANCE {
@@ -111,6 +118,7 @@ fn unit(field: &'static str, v: [f32; 3]) -> Checked {
     fault(field, format!("is ({}, {}, {}), which is no unit vector", v[0], v[1], v[2]))
 }
 
+#[inline(always)]
 fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
     if (value as usize) < count {
         return Ok(());
@@ -118,6 +126,7 @@ fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
     fault(field, format!("is {value}, there are {count} {of}"))
 }
 
+#[inline(always)]
 fn flags(value: u32, known: u32) -> Checked {
     match value & !known {
         0 => Ok(()),
@@ -194,6 +203,7 @@ impl Checker {
     }
 }
 
+#[inline(always)]
 fn object(object: &abi::Object) -> Checked {
     if object.id == 0 {
         return fault("id", "is 0");
@@ -255,6 +265,8 @@ fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict)
     }
     at -= pieces[2];
     if at < pieces[3] {
+        // Backwards: what was written last is still near.
+        let at = pieces[3] - 1 - at;
         Verdict::note(
             &verdict.sound,
             nodes(&outputs.fibre_nodes[piece(outputs.fibre_nodes.len(), at, NODES)]),
@@ -276,7 +288,7 @@ fn piece(length: usize, at: usize, size: usize) -> Range<usize> {
 }
 
 fn all<T>(elements: &[T], check: impl Fn(&T) -> Checked) -> bool {
-    elements.iter().all(|element| check(element).is_ok())
+    blocks(elements).all(|block| block.iter().all(|element| check(element).is_ok()))
 }
 
 /// Whether all nodes are sound. Nodes are many: four numbers at a time, and no branches.
@@ -287,7 +299,7 @@ fn nodes(nodes: &[abi::FibreNode]) -> bool {
         [position, position, position, 0.0]
     };
     let mut good = [u32::MAX; 4];
-    for node in nodes {
+    for node in blocks(nodes).flatten() {
         let [x, y, z] = node.position;
         for (good, (value, below)) in good.iter_mut().zip([x, y, z, node.radius].into_iter().zip(BELOW)) {
             // NaN fails every comparison.
@@ -320,6 +332,7 @@ fn trace(trace: &abi::Trace) -> Checked {
     }
 }
 
+#[inline(always)]
 fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> Checked {
     index("object", fibre.object, objects, "objects")?;
     index("material", fibre.material, materials, "materials")?;

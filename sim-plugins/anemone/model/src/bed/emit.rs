@@ -5,6 +5,8 @@ use reef_sdk::{
     abi::{self, Actor, Material, Object, Trace},
 };
 
+use reef_flow::simd::{blocks, prefetch};
+
 use super::{Bed, Spot};
 
 /// Elements of a stream that one job writes.
@@ -16,13 +18,19 @@ impl Bed {
         &self.materials
     }
 
-    /// One object a plant: writes those of as many plants as `room` has room for.
+    /// One object a plant, written to `room`, which has room for [`Self::plant_count`] at most.
     pub fn write_objects(&self, workers: Workers<'_>, room: &mut [Object]) {
         workers.for_each_part((Chunks::new(room, ELEMENTS),), |at, (room,)| {
-            for (plant, slot) in (at * ELEMENTS..).zip(room) {
-                let Some((origin, reach)) = self.bounds.get(plant) else { continue };
-                let id = plant as u64 + 1;
-                *slot = Object { id, origin: *origin, bounds_radius: *reach, ..Object::default() };
+            let first = at * ELEMENTS;
+            let mut id = first as u64;
+            let mut written = 0;
+            for block in blocks(&self.bounds[first..first + room.len()]) {
+                prefetch(room.get(written + 2 * block.len()..written + 3 * block.len()).unwrap_or_default());
+                for ((origin, reach), slot) in block.iter().zip(&mut room[written..]) {
+                    id += 1;
+                    *slot = Object { id, origin: *origin, bounds_radius: *reach, ..Object::default() };
+                }
+                written += block.len();
             }
         });
     }
@@ -61,8 +69,13 @@ impl Bed {
         let count = room.len().min(self.spots.len());
         workers.for_each_part((Chunks::new(&mut room[..count], ELEMENTS),), |part, (room,)| {
             let first = part * ELEMENTS;
-            for (at, (slot, spot)) in (first..).zip(room.iter_mut().zip(&self.spots[first..])) {
-                *slot = self.fibre(at, spot);
+            let (spots, mut written) = (&self.spots[first..], 0);
+            for block in blocks(&self.templates[first..first + room.len()]) {
+                prefetch(room.get(written + 2 * block.len()..written + 3 * block.len()).unwrap_or_default());
+                for at in written..written + block.len() {
+                    room[at] = self.fibre(first + at, &spots[at]);
+                }
+                written += block.len();
             }
         });
         count

@@ -34,8 +34,6 @@ pub(crate) struct Segment {
 pub(crate) struct Pose {
     /// Bend away from the rest direction [rad]: the state.
     pub(crate) bend: [Sixteen; 2],
-    /// N_i [m], relative to the plant's origin.
-    pub(crate) node: [Sixteen; 3],
     /// d_i. Within a step, from when the loads no longer need it until the bends have made it anew: F(N_i) [N].
     pub(crate) direction: [Sixteen; 3],
 }
@@ -46,6 +44,9 @@ pub(crate) struct Group {
     /// N_0 [m], relative to the plant's origin.
     pub(crate) root: [Sixteen; 3],
     pub(crate) root_radius: Sixteen,
+    /// N_top [m], relative to the plant's origin. The nodes between are not kept: from here they follow down along the
+    /// directions, from the root up.
+    pub(crate) tip: [Sixteen; 3],
     /// The frame that carries the first rest direction: x, y, z.
     pub(crate) frame: [[Sixteen; 3]; 3],
     /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
@@ -354,10 +355,12 @@ impl Chunk {
     /// Node `node` of a fibre, 0 the root [m, relative to the plant's origin].
     pub fn node(&self, fibre: usize, node: usize) -> Vec3 {
         let (group, at) = (fibre / LANES, fibre % LANES);
-        match node {
-            0 => Self::vector(&self.roots[group].root, at),
-            _ => Self::vector(&self.poses[self.pose_of(node - 1, group)].node, at),
-        }
+        (0..node).fold(Self::vector(&self.roots[group].root, at), |from, segment| {
+            let length = self.constants[self.constants_of(segment, group)].length[at];
+            let [x, y, z] = self.direction(fibre, segment).to_array();
+            // Rounded once, as everywhere.
+            Vec3::new(x.mul_add(length, from.x), y.mul_add(length, from.y), z.mul_add(length, from.z))
+        })
     }
 
     /// Radius there [m].
@@ -501,6 +504,7 @@ impl Group {
         Self {
             root: [[0.0; LANES]; 3],
             root_radius: [0.0; LANES],
+            tip: [[0.0; LANES]; 3],
             frame: [[[0.0; LANES]; 3]; 3],
             offset: [[0.0; LANES]; 3],
             gain: [0.0; LANES],

@@ -1,7 +1,7 @@
 //! Poses as the streams have them.
 
 use fearless_simd::{Simd, f32x4, f32x16, prelude::*};
-use reef_flow::simd::splat16 as splat;
+use reef_flow::simd::{mul_add, splat16 as splat};
 
 use super::{
     LANES, Sixteen,
@@ -23,35 +23,49 @@ pub(crate) fn emit<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
     for (four, into) in into.chunks_mut(4 * nodes).enumerate().take(chunk.count.div_ceil(4)) {
         let (group, at) = (four * 4 / LANES, four * 4 % LANES);
         let root = &chunk.roots[group];
-        write(simd, into, nodes, 0, at, &root.root, &root.root_radius);
+        let mut node = four_of(simd, &root.root, at);
+        write(simd, into, nodes, 0, node, &root.root_radius[at..at + 4]);
         for s in 0..chunk.segments {
-            let radius = &chunk.constants[chunk.constants_of(s, group)].radius;
-            write(simd, into, nodes, s + 1, at, &chunk.poses[chunk.pose_of(s, group)].node, radius);
+            let segment = &chunk.constants[chunk.constants_of(s, group)];
+            let d = four_of(simd, &chunk.poses[chunk.pose_of(s, group)].direction, at);
+            let length = f32x4::from_slice(simd, &segment.length[at..at + 4]);
+            node = [
+                mul_add(d[0], length, node[0]),
+                mul_add(d[1], length, node[1]),
+                mul_add(d[2], length, node[2]),
+            ];
+            write(simd, into, nodes, s + 1, node, &segment.radius[at..at + 4]);
         }
     }
 }
 
-/// Writes node `node` of up to four fibres of `nodes` nodes each: the lanes from `at` on.
+/// The vectors of four of sixteen fibres, from lane `at` on.
+#[inline(always)]
+fn four_of<S: Simd>(simd: S, [x, y, z]: &[Sixteen; 3], at: usize) -> [f32x4<S>; 3] {
+    [
+        f32x4::from_slice(simd, &x[at..at + 4]),
+        f32x4::from_slice(simd, &y[at..at + 4]),
+        f32x4::from_slice(simd, &z[at..at + 4]),
+    ]
+}
+
+/// Writes node `at` of up to four fibres of `nodes` nodes each.
 #[inline(always)]
 fn write<S: Simd>(
     simd: S,
     into: &mut [[f32; 4]],
     nodes: usize,
-    node: usize,
     at: usize,
-    [x, y, z]: &[Sixteen; 3],
-    radius: &Sixteen,
+    [x, y, z]: [f32x4<S>; 3],
+    radius: &[f32],
 ) {
-    let x = f32x4::from_slice(simd, &x[at..at + 4]);
-    let y = f32x4::from_slice(simd, &y[at..at + 4]);
-    let z = f32x4::from_slice(simd, &z[at..at + 4]);
-    let radius = f32x4::from_slice(simd, &radius[at..at + 4]);
+    let radius = f32x4::from_slice(simd, radius);
     let (xz, yr) = (x.zip_low(z), y.zip_low(radius));
     let (xz_high, yr_high) = (x.zip_high(z), y.zip_high(radius));
     let four = [xz.zip_low(yr), xz.zip_high(yr), xz_high.zip_low(yr_high), xz_high.zip_high(yr_high)];
     let mut fibre = 0;
     while fibre < 4 {
-        if let Some(out) = into.get_mut(fibre * nodes + node) {
+        if let Some(out) = into.get_mut(fibre * nodes + at) {
             four[fibre].store_slice(out);
         }
         fibre += 1;

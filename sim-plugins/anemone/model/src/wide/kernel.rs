@@ -9,7 +9,7 @@ use reef_flow::{
 
 use super::{
     Sixteen,
-    chunk::{Chunk, Drag, GROUPS, Group, Pose, Segment},
+    chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
     pose,
 };
@@ -168,6 +168,11 @@ fn loads<S: Simd>(
     prefetch(&chunk.roots);
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
+    // N_i of each group.
+    let mut nodes = handed;
+    for (node, root) in nodes.iter_mut().zip(&chunk.roots) {
+        *node = load3(simd, &root.tip);
+    }
     for s in (0..chunk.segments).rev() {
         // From the tip down the rows follow one another: this one, then the one below.
         let (above, below) = chunk.poses.split_at_mut((chunk.segments - s) * groups);
@@ -176,22 +181,24 @@ fn loads<S: Simd>(
         let row = &chunk.constants[s * kinds..(s + 1) * kinds];
         for g in 0..groups {
             let (pose, segment) = (&mut own[g], &row[g.min(kinds - 1)]);
-            let (root, handed) = (&chunk.roots[g], &mut handed[g]);
+            let (root, node, handed) = (&chunk.roots[g], &mut nodes[g], &mut handed[g]);
             let mut force = *handed;
             if !still {
-                force = flow_force(simd, pose, segment, root, packed, law, constants.current, force);
+                force = flow_force(simd, *node, segment, root, packed, law, constants.current, force);
             }
             if loaded {
                 force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
             }
             if touching {
-                force = contact_force(simd, pose, segment, root, contacts, constants.contact, force);
+                force = contact_force(simd, *node, segment, root, contacts, constants.contact, force);
             }
             let below = match below.get(g) {
                 Some(pose) => load3(simd, &pose.direction),
                 None => load3(simd, &root.frame[2]),
             };
-            *handed = hand_down(simd, pose, segment, force, below);
+            let direction = load3(simd, &pose.direction);
+            *handed = hand_down(simd, direction, segment, force, below);
+            *node = sub_scaled(*node, direction, load(simd, &segment.length));
             if !constants.rigid {
                 store3(&mut pose.direction, force);
             }
@@ -210,7 +217,7 @@ fn loads<S: Simd>(
 #[inline(always)]
 fn flow_force<S: Simd>(
     simd: S,
-    pose: &Pose,
+    node: Vector<S>,
     segment: &Segment,
     root: &Group,
     packed: &Packed,
@@ -218,7 +225,6 @@ fn flow_force<S: Simd>(
     current: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let node = load3(simd, &pose.node);
     let offset = load3(simd, &root.offset);
     let v = velocity16(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
     let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
@@ -254,14 +260,13 @@ fn flow_force<S: Simd>(
 #[inline(always)]
 fn contact_force<S: Simd>(
     simd: S,
-    pose: &Pose,
+    node: Vector<S>,
     segment: &Segment,
     root: &Group,
     contacts: &Contacts,
     contact: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let node = load3(simd, &pose.node);
     let offset = load3(simd, &root.offset);
     let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
     let push = overlap(simd, contacts, place, load(simd, &segment.radius));
@@ -274,12 +279,11 @@ fn contact_force<S: Simd>(
 #[inline(always)]
 fn hand_down<S: Simd>(
     simd: S,
-    pose: &Pose,
+    d: Vector<S>,
     segment: &Segment,
     force: Vector<S>,
     below: Vector<S>,
 ) -> Vector<S> {
-    let d = load3(simd, &pose.direction);
     let along = dot(force, d);
     let across = sub_scaled(force, d, along);
     let straight = dot(below, d);

@@ -108,7 +108,6 @@ impl<S: Simd> Walker<S> {
 
     #[inline(always)]
     fn leave(&self, pose: &mut Pose) {
-        store3(&mut pose.node, self.node);
         store3(&mut pose.direction, self.z);
     }
 }
@@ -162,7 +161,8 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, next: &[[f32; 4]]) {
             store(&mut pose.bend[1], bend[1]);
             walker.advance(simd, bend, load(simd, &segment.length));
             if s == last {
-                watch(simd, root, load3(simd, &pose.node), walker.node);
+                watch(simd, root, load3(simd, &root.tip), walker.node);
+                store3(&mut root.tip, walker.node);
             }
             walker.leave(pose);
         }
@@ -254,8 +254,8 @@ fn watch<S: Simd>(simd: S, root: &mut Group, before: Vector<S>, after: Vector<S>
 /// See [`super::rebuild`].
 #[inline(always)]
 pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
-    for (g, root) in chunk.roots.iter().enumerate() {
-        let mut walker = Walker::start(simd, root);
+    for g in 0..chunk.groups {
+        let mut walker = Walker::start(simd, &chunk.roots[g]);
         for s in 0..chunk.segments {
             let kind = chunk.constants_of(s, g);
             let at = chunk.pose_of(s, g);
@@ -269,6 +269,7 @@ pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
             walker.advance(simd, bend, load(simd, &segment.length));
             walker.leave(pose);
         }
+        store3(&mut chunk.roots[g].tip, walker.node);
     }
 }
 
