@@ -8,7 +8,7 @@ use std::{
     panic::{self, AssertUnwindSafe},
     sync::{
         Arc, Condvar, Mutex, OnceLock, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicU64, Ordering},
     },
     thread::{self, JoinHandle, ThreadId},
 };
@@ -16,7 +16,7 @@ use std::{
 use super::{
     guard::{self, Fate, Resident, Watch},
     instance::Health,
-    pool::{Pool, STACK, watch},
+    pool::{Pool, STACK},
 };
 
 /// One loading of one library, with its threads.
@@ -48,8 +48,6 @@ enum Slot {
 struct Control {
     slot: Mutex<Slot>,
     changed: Condvar,
-    /// The slot holds something for the control thread.
-    called: AtomicBool,
 }
 
 impl std::fmt::Debug for Control {
@@ -66,11 +64,7 @@ impl Generation {
         let workers = workers.clamp(1, MAX_WORKERS) as u32;
         let fate = Fate::new(number);
         let pool = Arc::new(Pool::new(&fate, workers)?);
-        let control = Arc::new(Control {
-            slot: Mutex::new(Slot::Empty),
-            changed: Condvar::new(),
-            called: AtomicBool::new(false),
-        });
+        let control = Arc::new(Control { slot: Mutex::new(Slot::Empty), changed: Condvar::new() });
         let thread = {
             let (control, fate) = (control.clone(), fate.clone());
             thread::Builder::new().name(format!("reef-{number}-0")).stack_size(STACK).spawn(move || {
@@ -199,7 +193,6 @@ impl Control {
         };
         let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
         *slot = Slot::Waiting(task);
-        self.called.store(true, Ordering::Relaxed);
         self.changed.notify_all();
         let mut slot = wait(slot, |slot| matches!(slot, Slot::Done(_)));
         let done = std::mem::replace(&mut *slot, Slot::Empty);
@@ -213,13 +206,10 @@ impl Control {
     /// The control thread's life.
     fn serve(&self) {
         loop {
-            // The next call often comes at once: waking a thread takes longer than that.
-            watch(|| self.called.load(Ordering::Relaxed));
             let mut slot = self
                 .changed
                 .wait_while(self.lock(), |slot| !matches!(slot, Slot::Waiting(_) | Slot::Quit))
                 .unwrap_or_else(PoisonError::into_inner);
-            self.called.store(false, Ordering::Relaxed);
             let Slot::Waiting(task) = std::mem::replace(&mut *slot, Slot::Running) else { return };
             drop(slot);
             // SAFETY: `Generation::run` keeps the closure alive until the slot says `Done`.
@@ -240,7 +230,6 @@ impl Generation {
         }
         self.pool.stop();
         *self.control.lock() = Slot::Quit;
-        self.control.called.store(true, Ordering::Relaxed);
         self.control.changed.notify_all();
         if let Some(thread) = self.control_thread.take() {
             // The thread catches every panic; there is nobody left to tell of another.

@@ -293,8 +293,8 @@ impl Shared {
     }
 }
 
-/// Looks again and again for a short while; true as soon as the condition holds. Who has work for this processor goes first.
-pub(crate) fn watch(condition: impl Fn() -> bool) -> bool {
+/// Looks again and again for a short while; true as soon as the condition holds.
+fn watch(condition: impl Fn() -> bool) -> bool {
     let start = Instant::now();
     loop {
         for _ in 0..32 {
@@ -306,7 +306,6 @@ pub(crate) fn watch(condition: impl Fn() -> bool) -> bool {
         if start.elapsed() > WATCH {
             return false;
         }
-        thread::yield_now();
     }
 }
 

@@ -380,23 +380,23 @@ fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureL
 }
 
 fn billboard(billboard: &abi::Billboard, objects: usize, textures: &TextureList) -> Checked {
-        for value in billboard.position {
-            within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
-        }
-        for value in billboard.velocity {
-            within("velocity", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
-        }
-        above("size", billboard.size, 0.0)?;
-        within("size", billboard.size, 0.0, FARTHEST_LOCAL)?;
-        within("opacity", billboard.opacity, 0.0, 1.0)?;
-        finite("roll", [billboard.roll])?;
-        index("object", billboard.object, objects, "objects")?;
-        texture(billboard.texture, textures)?;
-        flags(billboard.flags, BILLBOARD_FLAGS)?;
-        match billboard.flags & abi::BILLBOARD_FACING {
-            0 => unit("axis", billboard.axis),
-            _ => Ok(()),
-        }
+    for value in billboard.position {
+        within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+    }
+    for value in billboard.velocity {
+        within("velocity", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+    }
+    above("size", billboard.size, 0.0)?;
+    within("size", billboard.size, 0.0, FARTHEST_LOCAL)?;
+    within("opacity", billboard.opacity, 0.0, 1.0)?;
+    finite("roll", [billboard.roll])?;
+    index("object", billboard.object, objects, "objects")?;
+    texture(billboard.texture, textures)?;
+    flags(billboard.flags, BILLBOARD_FLAGS)?;
+    match billboard.flags & abi::BILLBOARD_FACING {
+        0 => unit("axis", billboard.axis),
+        _ => Ok(()),
+    }
 }
 
 fn flow(flow: &abi::Flow) -> Checked {

@@ -39,9 +39,13 @@ pub type TextureList = Arc<Vec<Arc<Texture>>>;
 /// What a plugin wants a texture to be, out of the contract's struct.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted<'a> {
+    /// For messages and debuggers.
     pub name: &'a str,
+    /// `abi::TEXTURE_*`.
     pub format: u32,
+    /// Texels along a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
 }
 
