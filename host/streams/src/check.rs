@@ -511,7 +511,7 @@ mod tests {
             });
             (verdict, jobs.into_inner())
         };
-        assert_eq!(check(&outputs), (Ok(()), 10));
+        assert_eq!(check(&outputs), (Ok(()), 11));
         for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
             let mut spoilt = outputs.clone();
             spoilt.objects[at].bounds_radius = f32::NAN;
