@@ -23,5 +23,15 @@ pub const OWN: &[Own] = &[
             }"#,
         ),
     },
+    Own {
+        package: "reef-particles",
+        library: "reef_particles",
+        config: Some(
+            r#"{"boxes": [
+                {"low": [-3.0, -4.0, -3.0], "high": [3.0, -2.0, 3.0], "count": 2000},
+                {"kind": "sand", "low": [-1.0, -5.0, -1.0], "high": [1.0, -4.0, 1.0], "concentration": 50.0}
+            ]}"#,
+        ),
+    },
     Own { package: "reef-example-rust", library: "reef_example_rust", config: None },
 ];

@@ -9,7 +9,7 @@ use reef_tests::{
 
 /// Validates the smallest scene, with a fault planted.
 fn validate(fault: &str) -> Output {
-    let plugins = artifacts().folder_of(&["reef_anemone"]);
+    let plugins = artifacts().folder_of(&["reef_anemone", "reef_particles"]);
     Command::new(artifacts().reef())
         .current_dir(workspace())
         .arg("--plugin-dir")

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 /// The program beside all plugins of the workspace.
 fn installed() -> &'static TempDir {
     static INSTALLED: OnceLock<TempDir> = OnceLock::new();
-    INSTALLED.get_or_init(|| artifacts().side_by_side(&["reef_anemone"]))
+    INSTALLED.get_or_init(|| artifacts().side_by_side(&["reef_anemone", "reef_particles"]))
 }
 
 fn reef(arguments: &[&str]) -> Output {
@@ -97,7 +97,7 @@ fn the_schema_of_scenes_knows_every_plugin() {
         .iter()
         .map(|m| m["properties"]["use"]["const"].clone())
         .collect();
-    assert!(ids.contains(&"reef.anemone".into()), "{ids:?}");
+    assert!(ids.contains(&"reef.anemone".into()) && ids.contains(&"reef.particles".into()), "{ids:?}");
     // Every reference leads somewhere.
     fn visit(root: &serde_json::Value, value: &serde_json::Value) {
         match value {
@@ -141,6 +141,22 @@ fn bad_scenes_end_with_code_two_and_the_place_of_the_fault() {
         ("type.toml", b"[scene]\ndt = true\n", ":2:6: scene.dt: is a switch (true or false), but must be a number"),
         ("count.toml", b"[terrain.rocks]\ncount = 1000000000\n", "from 0 to 10000"),
         ("plugin.toml", b"[modules.a]\nuse = 'reef.anemona'\n", "reef.anemone"),
+        (
+            "depth.toml",
+            b"[water]\ndepth = 0\n[modules.a]\nuse = 'reef.particles'\n",
+            ":2:9: water.depth: is 0, but must be a number above 0",
+        ),
+        ("wind.toml", b"[waves]\nwind = -3\n", ":2:8: waves.wind: is -3, but must be a number from 0 to 60"),
+        (
+            "box.toml",
+            b"[modules.a]\nuse = 'reef.particles'\nboxes = [{ low = [0, -1, 0], high = [1, -2, 1] }]\n",
+            "must lie beyond `low` along y: -2 is not above -1",
+        ),
+        (
+            "crowd.toml",
+            b"[modules.a]\nuse = 'reef.particles'\nboxes = [{ low = [0, -1, 0], high = [1, 0, 1], concentration = 1e8 }]\n",
+            "the limit is 4000000 in all boxes of a module together",
+        ),
         (
             "species.toml",
             b"[modules.a]\nuse = 'reef.anemone'\nanemones = [{ species = 'nobody' }]\n",
@@ -222,6 +238,27 @@ fn saves_recordings_and_journals_of_the_program_fit_together() {
     let mut steps: Vec<&str> = lines.map(|line| line.split(',').next().unwrap_or_default()).collect();
     steps.dedup();
     assert_eq!(steps, ["0", "3", "6"]);
+}
+
+#[test]
+fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let state = folder.path().join("state").to_str().expect("UTF-8").to_owned();
+    let last = |arguments: &[&str]| {
+        let output = reef(arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout).lines().last().expect("a hash").to_owned()
+    };
+    for scene in ["particles-table1", "particles-wake"] {
+        let whole = last(&["sim", scene, "--steps", "90", "--hash", "--workers", "1"]);
+        assert_eq!(last(&["sim", scene, "--steps", "90", "--hash", "--workers", "2"]), whole, "{scene}");
+        last(&["sim", scene, "--steps", "50", "--save-state", &state]);
+        assert_eq!(
+            last(&["sim", scene, "--steps", "40", "--hash", "--load-state", &state]),
+            whole,
+            "{scene}"
+        );
+    }
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Bench {
         let vulkan = Gpu::open(&options).map(Gpu::close).map_err(|error| error.to_string());
         match vulkan.and_then(|_| Display::start(size)) {
             Ok(display) => {
-                let folder = artifacts().side_by_side(&["reef_anemone"]);
+                let folder = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
                 Some(Self { display, folder, _turn: turn })
             }
             Err(reason) => {

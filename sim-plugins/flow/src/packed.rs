@@ -132,6 +132,18 @@ impl Packed {
         self.end();
     }
 
+    /// Whether streamlines bend sharply anywhere: sources, holes or whirlwinds act.
+    pub fn is_singular(&self) -> bool {
+        !self.sources.is_empty() || !self.whirlwinds.is_empty()
+    }
+
+    /// Takes the sources and holes of another, and nothing else: where water comes from and where it goes.
+    pub fn fill_sources(&mut self, other: &Self) {
+        self.begin();
+        self.sources.extend_from_slice(&other.sources);
+        self.end();
+    }
+
     /// Local primitives that are evaluated at each point of the object.
     pub fn evaluated(&self) -> u32 {
         self.local
@@ -148,6 +160,18 @@ impl Packed {
             && self.sources.is_empty()
             && self.whirlwinds.is_empty()
             && self.varying.is_empty()
+    }
+
+    /// The sum of the directional fields that are the same everywhere on the object [m/s]: what the velocity is where
+    /// nothing else acts.
+    pub fn uniform(&self) -> [f32; 3] {
+        self.base
+    }
+
+    /// Whether the velocity is [`Packed::uniform`] at every point.
+    pub fn is_uniform(&self) -> bool {
+        let sheltered = !self.shelters.is_empty() && self.base != [0.0; 3];
+        self.sources.is_empty() && self.whirlwinds.is_empty() && self.varying.is_empty() && !sheltered
     }
 
     fn begin(&mut self) {
@@ -328,8 +352,9 @@ pub fn velocity16<S: Simd>(
     velocity(simd, packed, x, y, z)
 }
 
+/// As [`velocity8`], for a kernel that is written for both widths: the same bytes.
 #[inline(always)]
-fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> [V; 3] {
+pub fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> [V; 3] {
     let mut v = splat3(simd, packed.base);
     for field in &packed.varying {
         v = add_varying(simd, field, [x, y, z], v);

@@ -1,6 +1,8 @@
 //! `reef render` and `reef validate`, as a person and a program meet them: planted faults are found, goldens are held,
 //! places that cannot be written are refused.
 
+mod walk;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -14,7 +16,7 @@ use reef_tests::{
 
 /// Runs `reef` with the anemones beside it.
 fn reef(assets: &Path, arguments: &[&str], fault: Option<&str>) -> Output {
-    let installed = artifacts().side_by_side(&["reef_anemone"]);
+    let installed = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
     let program = installed.path().join(artifacts().reef().file_name().unwrap());
     let mut command = Command::new(program);
     command.args(arguments).arg("--assets").arg(assets).env_remove("REEF_PLANT_FAULT");

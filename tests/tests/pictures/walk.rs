@@ -6,7 +6,7 @@ use std::fs;
 use reef::headless::pictures::read_png;
 use reef_tests::artifacts::workspace;
 
-use crate::{lacking, reef_beside, told};
+use crate::{lacking, reef, told};
 
 /// Frames a second: 1/30 m each.
 const RATE: &str = "30";
@@ -29,7 +29,7 @@ fn a_walk_through_all_levels_of_detail_does_not_pop() {
         let count = FRAMES.to_string();
         let arguments = ["render", "particles-lod-walk", "--from", from, "--frames", &count, "--fps", RATE];
         let out = ["--size", "192x108", "--out", frames.to_str().unwrap()];
-        let output = reef_beside(&["reef_particles"], &assets, &[&arguments[..], &out[..]].concat(), None);
+        let output = reef(&assets, &[&arguments[..], &out[..]].concat(), None);
         if lacking(&output) {
             return;
         }

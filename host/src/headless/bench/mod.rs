@@ -9,6 +9,7 @@ pub mod measure;
 pub mod reload;
 mod render;
 pub mod report;
+mod table1;
 mod waves;
 
 use report::Report;
@@ -59,6 +60,11 @@ const BENCHES: &[Bench] = &[
         name: "render",
         about: "milliseconds a frame of 1000, 2000 and 4000 tentacles over a lit bed",
         run: render::run,
+    },
+    Bench {
+        name: "table1",
+        about: "the particles of the paper's table 1 at five distances, with and without levels of detail, and those of the default sea",
+        run: table1::run,
     },
     Bench {
         name: "waves",

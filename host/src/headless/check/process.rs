@@ -2,7 +2,6 @@
 //! verdict here.
 
 use std::{
-    collections::HashSet,
     env,
     ffi::OsString,
     fs,
@@ -38,8 +37,6 @@ pub(super) struct Conduct {
     /// Verdicts go here.
     folder: TempDir,
     runs: AtomicU64,
-    /// Processes of checks that run. Locked while one is started.
-    running: Mutex<HashSet<u32>>,
 }
 
 impl Conduct {
@@ -59,15 +56,7 @@ impl Conduct {
             arguments.extend(["--assets".into(), assets.into()]);
         }
         group::adopt_orphans();
-        Ok(Self {
-            program,
-            path,
-            arguments,
-            limit: limit(args),
-            folder,
-            runs: AtomicU64::new(0),
-            running: Mutex::default(),
-        })
+        Ok(Self { program, path, arguments, limit: limit(args), folder, runs: AtomicU64::new(0) })
     }
 
     /// Runs one check.
@@ -79,15 +68,12 @@ impl Conduct {
         if let Some(plugin) = plugin {
             command.args(["--plugin", plugin]);
         }
-        command.arg("--verdict").arg(&verdict).env("GLIBC_TUNABLES", EXACT_HEAP);
+        command.arg("--verdict").arg(&verdict).env(group::MARK, &verdict).env("GLIBC_TUNABLES", EXACT_HEAP);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         let mut child = match command.spawn() {
             Ok(child) => child,
             Err(error) => return Verdict::Failed(format!("its process could not be started: {error}")),
         };
-        running.insert(child.id());
-        drop(running);
         let said = child.stderr.take().map(listen).unwrap_or_default();
         let end = Instant::now() + self.limit;
         let mut pause = Duration::from_micros(500);
@@ -104,10 +90,7 @@ impl Conduct {
         // Before it is reaped, lest its number be somebody else's by then.
         group::kill(child.id());
         let status = child.wait();
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        running.remove(&child.id());
-        group::kill_orphans(&running);
-        drop(running);
+        group::kill_strays(&verdict);
         if !in_time {
             return Verdict::Failed(format!(
                 "it did not end within {} s, and was killed",

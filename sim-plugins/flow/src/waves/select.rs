@@ -103,6 +103,14 @@ fn needed(axes: &[f64], allowed: f64) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
+/// The farthest that the trains carry water whose orbit has its centre at the height `y` [m, world] over the depth [m]: the
+/// sum of all their greater axes [m]. Convex in y below still water.
+pub fn reach(waves: &[abi::Wave], depth: f64, y: f64) -> f64 {
+    let y = y.clamp(-depth.max(0.0), 0.0);
+    let axes = waves.iter().filter(|wave| acts(wave) && depth > 0.0);
+    axes.map(|wave| f64::from(wave.amplitude) * wide_axis(f64::from(wave.wave_number), depth, y)).sum()
+}
+
 /// C: the greater axis of an orbit, over the amplitude at the surface.
 fn wide_axis(wave_number: f64, depth: f64, y: f64) -> f64 {
     let (e, back) = (exp(wave_number * y), exp(-wave_number * (y + 2.0 * depth)));

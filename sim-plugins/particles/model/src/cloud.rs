@@ -1,0 +1,537 @@
+//! All boxes of a module, stepped together.
+//!
+//! A step goes in two waves over fixed chunks of at most 1024 particles: first all centres drift, and each chunk lists which
+//! of its particles may be in view; then, when it is known how many sprites there are, those ride on the waves and write their
+//! sprites, each chunk into its own part of the stream. Between the two, those who left their box are settled.
+
+mod prepare;
+mod state;
+
+use glam::DVec3;
+use reef_flow::{Field, Level, Packed, Sphere, waves::Trains};
+use reef_sdk::{
+    Chunks, Parts, Workers,
+    abi::{Billboard, Camera, Flow, Object, Trace, Wave},
+};
+
+use crate::{
+    census::Census,
+    config::BoxPlan,
+    drift::{self, MOST_MEMBERS, SLOT, SLOTS, Sight, Slots, Tally, WORDS},
+    fog::{Fog, Show},
+    levels::{Choice, Levels},
+    looks::Looks,
+    reenter::{self, Leavers, Water},
+    ride::{self, Follow, Listed, Room},
+    seed,
+    view::View,
+};
+
+pub use state::State;
+
+/// What surrounds the particles in one step.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// All primitives, in the host's order.
+    pub flow: &'a [Flow],
+    /// All wave trains, greatest first.
+    pub waves: &'a [Wave],
+    /// Of the water [m].
+    pub depth: f64,
+    /// Who looks.
+    pub camera: &'a Camera,
+    /// Length of the step [s]; 0: only emit.
+    pub dt: f64,
+    /// Number of the step.
+    pub step: u64,
+    /// Instruction set.
+    pub level: Level,
+    /// Who shares the work.
+    pub workers: Workers<'a>,
+    /// All particles are asked for, not only those in view.
+    pub trace: bool,
+}
+
+/// How many elements a step emits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Sprites, local fog included.
+    pub sprites: usize,
+    /// Points of the trace, when it is asked for.
+    pub trace: usize,
+}
+
+/// One box.
+#[derive(Clone, Debug)]
+struct Swarm {
+    plan: BoxPlan,
+    looks: Looks,
+    fog: Fog,
+    /// Middle [m, world] and half extent [m].
+    center: DVec3,
+    half: DVec3,
+    /// The box's extent in 2⁻³² [m].
+    unit: [f32; 3],
+    /// What uniform currents have moved all centres by, in extents of the box, 0..1.
+    turns: [f64; 3],
+    /// Its chunks.
+    pieces: core::ops::Range<usize>,
+    packed: Packed,
+    /// Of `packed`.
+    sources: Packed,
+    trains: Trains,
+    census: Census,
+    leavers: Leavers,
+    now: Now,
+}
+
+/// What holds for a box in the present step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Now {
+    /// More than uniform currents act.
+    flowing: bool,
+    uniform: [f32; 3],
+    /// dt over the extent [s/m].
+    turns: [f32; 3],
+    half_step: f32,
+    still: bool,
+    all: bool,
+    before: [i32; 3],
+    after: [i32; 3],
+    sight: Option<Sight>,
+    eye: [f32; 3],
+    follow: Option<Follow>,
+    /// How far orbits reach [m].
+    reach: f64,
+}
+
+/// A chunk of a box.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    swarm: u32,
+    /// Number of its first particle in the box.
+    first: u64,
+    alive: [u16; MOST_MEMBERS],
+}
+
+/// All boxes.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    swarms: Vec<Swarm>,
+    pieces: Vec<Piece>,
+    members: usize,
+    groups: usize,
+    /// Offsets of all centres without what all drift alike [2⁻³² of the extent], chunk by chunk.
+    at: [Vec<i32>; 3],
+    seen: Vec<u16>,
+    crossed: Vec<u16>,
+    /// What jumped in the last step that had a length, a set a chunk.
+    jumped: Vec<[u64; WORDS]>,
+    /// Length of that step [s].
+    last_dt: f64,
+    tallies: Vec<Tally>,
+    fog: Vec<Billboard>,
+    sprite_bounds: Vec<usize>,
+    trace_bounds: Vec<usize>,
+    field: Field,
+    choice: Choice,
+    /// The step's trains as a box meets them that drifts with its uniform current.
+    met: Vec<Wave>,
+    /// Whether the step's trains are chosen by distance.
+    choosing: bool,
+    levels: Levels,
+    /// Where each chunk is, when more than uniform currents act on it.
+    spheres: Vec<Sphere>,
+    /// Of each worker.
+    currents: Vec<Packed>,
+    scratch: Vec<Scratch>,
+}
+
+/// What a worker needs for a chunk. What is in it from others changes nothing.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    packed: Packed,
+    room: Room,
+}
+
+/// Where a chunk is that was not looked at.
+const UNKNOWN: Sphere = Sphere { center: [0.0; 3], radius: 0.0 };
+
+/// A box with its pictures.
+#[derive(Clone, Debug)]
+pub struct Dressed {
+    /// What it is.
+    pub plan: BoxPlan,
+    /// What its particles look like.
+    pub looks: Looks,
+    /// What stands for them from afar.
+    pub fog: Fog,
+}
+
+impl Cloud {
+    /// Fills the boxes. `slaves` follow each master.
+    pub fn new(boxes: Vec<Dressed>, slaves: usize) -> Self {
+        let members = (slaves + 1).min(MOST_MEMBERS);
+        // A power of two: a particle's group and member are bits of its slot. At least a block: 16 members have 64.
+        let groups = 1 << (SLOTS / members).ilog2();
+        let mut cloud = Self {
+            swarms: Vec::new(),
+            pieces: Vec::new(),
+            members,
+            groups,
+            at: Default::default(),
+            seen: Vec::new(),
+            crossed: Vec::new(),
+            jumped: Vec::new(),
+            last_dt: 0.0,
+            tallies: Vec::new(),
+            fog: Vec::new(),
+            sprite_bounds: Vec::new(),
+            trace_bounds: Vec::new(),
+            field: Field::new(),
+            choice: Choice::default(),
+            met: Vec::new(),
+            choosing: false,
+            levels: Levels::default(),
+            spheres: Vec::new(),
+            currents: Vec::new(),
+            scratch: Vec::new(),
+        };
+        for (number, dressed) in (0..).zip(boxes) {
+            cloud.add(number, dressed);
+        }
+        let slots = cloud.pieces.len() * cloud.slots();
+        cloud.seen = vec![0; slots];
+        cloud.crossed = vec![0; slots];
+        cloud.tallies = vec![Tally::default(); cloud.pieces.len()];
+        cloud.spheres = vec![UNKNOWN; cloud.pieces.len()];
+        cloud.jumped = vec![[0; WORDS]; cloud.pieces.len()];
+        let cells = cloud.swarms.iter().map(|swarm| swarm.fog.cells()).sum();
+        cloud.fog.reserve(cells);
+        cloud
+    }
+
+    fn add(&mut self, number: u32, Dressed { plan, looks, fog }: Dressed) {
+        let count = u64::from(plan.count);
+        let places: Vec<[i32; 3]> = match plan.grid {
+            Some(grid) => (0..count).map(|i| seed::grid_place(grid, i)).collect(),
+            None => {
+                let places = (0..count).map(|i| seed::place(plan.seed, i)).collect();
+                seed::grouped(places, plan.extent, self.members)
+            }
+        };
+        let first_piece = self.pieces.len();
+        let slots = self.slots();
+        for first in (0..count).step_by(slots) {
+            let alive = reenter::alive(count - first, self.members, self.groups);
+            self.pieces.push(Piece { swarm: number, first, alive });
+        }
+        let first_slot = first_piece * slots;
+        for (axis, at) in self.at.iter_mut().enumerate() {
+            at.resize(self.pieces.len() * slots, 0);
+            for (i, place) in places.iter().enumerate() {
+                at[first_slot + slot_of(i, self.members, self.groups)] = place[axis];
+            }
+        }
+        self.swarms.push(Swarm {
+            center: DVec3::from(plan.center),
+            half: 0.5 * DVec3::from(plan.extent),
+            unit: plan.extent.map(|e| (e / 4_294_967_296.0) as f32),
+            turns: [0.0; 3],
+            pieces: first_piece..self.pieces.len(),
+            packed: Packed::new(),
+            sources: Packed::new(),
+            trains: Trains::new(),
+            census: Census::new(plan.extent, count),
+            leavers: Leavers::with_capacity(64 + plan.count as usize / 8),
+            now: Now::default(),
+            plan,
+            looks,
+            fog,
+        });
+    }
+
+    /// Slots of a chunk: particles, where it is full.
+    fn slots(&self) -> usize {
+        self.groups * self.members
+    }
+
+    /// Boxes.
+    pub fn box_count(&self) -> usize {
+        self.swarms.len()
+    }
+
+    /// Particles of a box.
+    pub fn particles(&self, number: usize) -> usize {
+        self.swarms.get(number).map_or(0, |swarm| swarm.plan.count as usize)
+    }
+
+    /// A box as it was planned.
+    pub fn plan(&self, number: usize) -> Option<&BoxPlan> {
+        self.swarms.get(number).map(|swarm| &swarm.plan)
+    }
+
+    /// The centre P₀ of a particle's orbit, relative to the middle of its box [m]: within half of its extent.
+    pub fn center(&self, number: usize, particle: usize) -> Option<DVec3> {
+        let swarm = self.swarms.get(number).filter(|swarm| particle < swarm.plan.count as usize)?;
+        let slot = swarm.pieces.start * self.slots() + slot_of(particle, self.members, self.groups);
+        let now = whole(swarm.turns);
+        let along = |axis: usize| {
+            let offset = self.at[axis].get(slot)?.wrapping_add(now[axis]);
+            Some(f64::from(offset) / 4_294_967_296.0 * swarm.plan.extent[axis])
+        };
+        Some(DVec3::new(along(0)?, along(1)?, along(2)?))
+    }
+
+    /// One object a box.
+    pub fn objects(&self) -> impl Iterator<Item = Object> + '_ {
+        (1_u64..).zip(&self.swarms).map(|(id, swarm)| Object {
+            id,
+            origin: swarm.plan.center,
+            bounds_radius: (swarm.half.length() + swarm.now.reach + swarm.plan.size[1]) as f32,
+            ..Object::default()
+        })
+    }
+
+    /// Lets all centres drift, and says how much there is to emit.
+    pub fn advance(&mut self, around: &Surroundings<'_>, levels: &Levels) -> Counts {
+        self.levels = *levels;
+        self.prepare(around);
+        self.drift(around);
+        if around.dt > 0.0 {
+            self.settle(around);
+        }
+        self.show_fog(around);
+        self.sprite_bounds.clear();
+        self.sprite_bounds.push(0);
+        let mut sprites = 0;
+        for tally in &self.tallies {
+            sprites += tally.in_view as usize;
+            self.sprite_bounds.push(sprites);
+        }
+        self.trace_bounds.clear();
+        self.trace_bounds.push(0);
+        let mut trace = 0;
+        for piece in &self.pieces {
+            if around.trace {
+                trace += piece.alive.iter().map(|count| usize::from(*count)).sum::<usize>();
+            }
+            self.trace_bounds.push(trace);
+        }
+        Counts { sprites: sprites + self.fog.len(), trace }
+    }
+
+    fn drift(&mut self, around: &Surroundings<'_>) {
+        let slots = self.slots();
+        let (members, groups) = (self.members, self.groups);
+        let workers = around.workers.count();
+        if self.scratch.len() < workers {
+            self.scratch.resize_with(workers, Scratch::default);
+            self.currents.resize_with(workers, Packed::new);
+        }
+        let Self {
+            swarms,
+            pieces,
+            at: [x, y, z],
+            seen,
+            crossed,
+            jumped,
+            tallies,
+            field,
+            currents,
+            spheres,
+            ..
+        } = self;
+        let (swarms, pieces, field) = (&*swarms, &*pieces, &*field);
+        let split = (
+            Chunks::new(x, slots),
+            Chunks::new(y, slots),
+            Chunks::new(z, slots),
+            Chunks::new(seen, slots),
+            Chunks::new(crossed, slots),
+            Chunks::new(jumped, 1),
+            Chunks::new(tallies, 1),
+            Chunks::new(spheres, 1),
+        );
+        around.workers.for_each_part_with(currents, split, |packed, i, part| {
+            let (x, y, z, seen, crossed, jumped, tally, sphere) = part;
+            let piece = &pieces[i];
+            let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
+            let now = &swarm.now;
+            let idle = !now.flowing && now.sight.is_none() && !now.all;
+            // Neighbours in the water are in one chunk: few of the sea's primitives reach them.
+            let near = now.flowing.then(|| {
+                // A step without length finds everything as the last one left it.
+                if !now.still || sphere[0] == UNKNOWN {
+                    sphere[0] = swarm.around([&*x, &*y, &*z], &piece.alive[..members], groups);
+                }
+                packed.fill_near(field, sphere[0], swarm.plan.center, 0);
+                &*packed
+            });
+            if idle && !now.still {
+                jumped[0] = [0; WORDS];
+            }
+            let jumped = &mut jumped[0];
+            let slots = Slots { at: [x, y, z], seen, crossed, jumped, alive: &piece.alive, members, groups };
+            tally[0] =
+                if idle { Tally::default() } else { drift::drift(around.level, &swarm.drift(near), slots) };
+        });
+    }
+
+    /// Those who left their box, and those whose water vanished.
+    fn settle(&mut self, around: &Surroundings<'_>) {
+        let slots = self.slots();
+        let Self { swarms, pieces, at, crossed, jumped, tallies, members, groups, .. } = self;
+        for swarm in swarms {
+            swarm.sources.fill_sources(&swarm.packed);
+            if swarm.sources.is_still() {
+                continue;
+            }
+            swarm.census.forget();
+            swarm.leavers.clear();
+            for piece in swarm.pieces.clone() {
+                let left = &crossed[piece * slots..][..tallies[piece].crossed as usize];
+                for entry in left {
+                    let slot = (piece - swarm.pieces.start) * slots + usize::from(entry & SLOT);
+                    swarm.leavers.push(slot as u32, entry >> drift::AXIS_SHIFT);
+                }
+            }
+            let (first, last) = (swarm.pieces.start * slots, swarm.pieces.end * slots);
+            let mut own = at.each_mut().map(|axis| &mut axis[first..last]).into_iter();
+            let (Some(x), Some(y), Some(z)) = (own.next(), own.next(), own.next()) else { continue };
+            let mut chunks = reenter::Chunks {
+                at: [x, y, z],
+                slots,
+                members: *members,
+                groups: *groups,
+                count: swarm.plan.count.into(),
+                now: swarm.now.after,
+            };
+            let chance = seed::mix(swarm.plan.seed ^ seed::mix(around.step));
+            let water = Water {
+                packed: &swarm.packed,
+                sources: &swarm.sources,
+                unit: swarm.unit,
+                level: around.level,
+            };
+            if !swarm.leavers.is_empty() {
+                swarm.leavers.settle(&water, &mut chunks, &mut swarm.census, chance);
+            }
+            // Chunks take turns.
+            let period = reenter::LOOK_STEPS as f32 * around.dt as f32;
+            for piece in swarm.pieces.clone() {
+                if !(around.step + piece as u64).is_multiple_of(reenter::LOOK_STEPS) {
+                    continue;
+                }
+                let first = (piece - swarm.pieces.start) * slots;
+                let here: [_; MOST_MEMBERS] = core::array::from_fn(|member| {
+                    let first = first + member * *groups;
+                    first..first + usize::from(pieces[piece].alive[member])
+                });
+                swarm.leavers.vanish(
+                    &water,
+                    &mut chunks,
+                    &mut swarm.census,
+                    &here[..*members],
+                    seed::mix(chance),
+                    period,
+                    |slot| jumped[piece][slot % slots / 64] |= 1 << (slot % slots % 64),
+                );
+            }
+        }
+    }
+
+    fn show_fog(&mut self, around: &Surroundings<'_>) {
+        self.fog.clear();
+        if !self.levels.fog {
+            return;
+        }
+        let view = View::new(around.camera, self.levels.margin);
+        for (object, swarm) in (0_u32..).zip(&mut self.swarms) {
+            let reach = swarm.now.reach;
+            let nearest = view.distance(swarm.center, swarm.half);
+            let farthest = ((swarm.center - view.eye).abs() + swarm.half).length();
+            let begin = f64::from(self.levels.fog_band().from);
+            let seen = nearest <= self.levels.visibility && farthest >= begin;
+            if !seen {
+                continue;
+            }
+            let top = (swarm.center.y + swarm.half.y) as f32;
+            let trains = if self.choosing { self.choice.count(top, begin as f32) } else { usize::MAX };
+            let show = Show {
+                view: &view,
+                levels: &self.levels,
+                trains: &swarm.trains,
+                count: trains,
+                center: swarm.center,
+                reach,
+                object,
+                level: around.level,
+            };
+            swarm.fog.show(&show, &mut self.fog);
+        }
+    }
+
+    /// Writes what [`Cloud::advance`] counted.
+    pub fn emit(&mut self, around: &Surroundings<'_>, sprites: &mut [Billboard], trace: &mut [Trace]) {
+        let slots = self.slots();
+        let singles = self.sprite_bounds.last().copied().unwrap_or(0).min(sprites.len());
+        let (singles, fog) = sprites.split_at_mut(singles);
+        for (sprite, cell) in fog.iter_mut().zip(&self.fog) {
+            *sprite = *cell;
+        }
+        let (members, groups, levels) = (self.members, self.groups, self.levels);
+        let choice = self.choosing.then_some(&self.choice);
+        let Self {
+            swarms,
+            pieces,
+            at,
+            seen,
+            jumped,
+            tallies,
+            field,
+            spheres,
+            scratch,
+            sprite_bounds,
+            trace_bounds,
+            ..
+        } = self;
+        let (field, spheres, jumped) = (&*field, &*spheres, &*jumped);
+        let (swarms, pieces, seen, tallies) = (&*swarms, &*pieces, &*seen, &*tallies);
+        let at = at.each_ref().map(|axis| axis.as_slice());
+        let split = (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds));
+        around.workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace)| {
+            let piece = &pieces[i];
+            let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
+            let first = i * slots;
+            let listed = Listed {
+                at: at.map(|axis| &axis[first..first + slots]),
+                seen: &seen[first..first + tallies[i].seen as usize],
+                jumped: &jumped[i],
+                members,
+                groups,
+                first: piece.first,
+            };
+            let Scratch { packed, room } = scratch;
+            let near = swarm.now.flowing.then(|| {
+                packed.fill_near(field, spheres[i], swarm.plan.center, 0);
+                &*packed
+            });
+            let ride = swarm.ride(piece.swarm, &levels, choice, near);
+            ride::ride(around.level, &ride, &listed, room, sprites, trace);
+        });
+    }
+}
+
+/// Where in its box's slots a particle is.
+fn slot_of(particle: usize, members: usize, groups: usize) -> usize {
+    let slots = members * groups;
+    let (chunk, rest) = (particle / slots, particle % slots);
+    chunk * slots + (rest % members) * groups + rest / members
+}
+
+/// A share of the extent in 2⁻³² of it.
+fn whole(turns: [f64; 3]) -> [i32; 3] {
+    // A share is in 0..1; what rounds to 1 is 0 once around.
+    turns.map(|turns| (turns * 4_294_967_296.0).round() as u64 as u32 as i32)
+}

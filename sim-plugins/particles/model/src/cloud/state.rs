@@ -1,0 +1,69 @@
+//! What a later step depends on: where the centres are.
+
+use super::{Cloud, UNKNOWN, slot_of};
+use crate::drift::WORDS;
+
+/// Everything that moves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Particles of each box.
+    pub counts: Vec<u32>,
+    /// What uniform currents have moved the centres of each box by: x, y, z in extents of the box, 0..1.
+    pub turns: Vec<f64>,
+    /// Length of the last step [s].
+    pub dt: f64,
+    /// Offsets of all centres, box by box in the order of their numbers, one list an axis [2⁻³² of the extent].
+    pub at: [Vec<i32>; 3],
+}
+
+impl Cloud {
+    /// The present state.
+    pub fn save(&self) -> State {
+        let mut state = State { dt: self.last_dt, ..State::default() };
+        for swarm in &self.swarms {
+            state.counts.push(swarm.plan.count);
+            state.turns.extend(swarm.turns);
+            let first = swarm.pieces.start * self.slots();
+            for (own, all) in self.at.iter().zip(&mut state.at) {
+                let count = swarm.plan.count as usize;
+                all.extend((0..count).map(|i| own[first + slot_of(i, self.members, self.groups)]));
+            }
+        }
+        state
+    }
+
+    /// Takes back what [`Cloud::save`] gave; says what is wrong with it otherwise, and then has changed nothing.
+    pub fn load(&mut self, state: &State) -> Result<(), String> {
+        let counts: Vec<u32> = self.swarms.iter().map(|swarm| swarm.plan.count).collect();
+        if state.counts != counts {
+            return Err(format!("is of boxes with {:?} particles; here they have {counts:?}", state.counts));
+        }
+        let total: usize = counts.iter().map(|count| *count as usize).sum();
+        if state.at.iter().any(|axis| axis.len() != total) || state.turns.len() != 3 * counts.len() {
+            return Err("has not as many places as particles".to_owned());
+        }
+        if !state.turns.iter().all(|turns| (0.0..=1.0).contains(turns)) {
+            return Err("has a drift that is not from 0 to 1".to_owned());
+        }
+        if !state.dt.is_finite() || state.dt < 0.0 {
+            return Err("has a step of no possible length".to_owned());
+        }
+        self.last_dt = state.dt;
+        self.spheres.fill(UNKNOWN);
+        self.jumped.fill([0; WORDS]);
+        let slots = self.slots();
+        let mut done = 0;
+        for (swarm, turns) in self.swarms.iter_mut().zip(state.turns.chunks_exact(3)) {
+            swarm.turns.copy_from_slice(turns);
+            let first = swarm.pieces.start * slots;
+            let count = swarm.plan.count as usize;
+            for (own, all) in self.at.iter_mut().zip(&state.at) {
+                for (i, place) in all[done..done + count].iter().enumerate() {
+                    own[first + slot_of(i, self.members, self.groups)] = *place;
+                }
+            }
+            done += count;
+        }
+        Ok(())
+    }
+}

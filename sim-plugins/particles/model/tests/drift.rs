@@ -1,0 +1,181 @@
+//! Where the currents take the centres, eq. (3).
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use reef_particles_model::{Cloud, Levels, Surroundings};
+use reef_sdk::abi::{self, Flow};
+
+/// Ten minutes.
+const LONG: u64 = 36_000;
+
+const TALL: &str = "[[boxes]]\nlow = [-3.0, -4.0, -3.0]\nhigh = [3.0, -2.0, 3.0]\ncount = 9000\n";
+
+/// Of that box [m].
+const EXTENT: DVec3 = DVec3::new(6.0, 2.0, 6.0);
+
+/// χ² of the counts in equal cells, and the value that it passes in one of a hundred uniform boxes (Wilson and Hilferty).
+fn chi_square(centers: &[DVec3], cells: [usize; 3]) -> (f64, f64) {
+    let extent = EXTENT;
+    let mut counts = vec![0.0; cells.iter().product()];
+    for center in centers {
+        let at: [usize; 3] = core::array::from_fn(|i| {
+            let share = (center[i] / extent[i] + 0.5).clamp(0.0, 1.0);
+            ((share * cells[i] as f64) as usize).min(cells[i] - 1)
+        });
+        counts[(at[0] * cells[1] + at[1]) * cells[2] + at[2]] += 1.0;
+    }
+    let mean = centers.len() as f64 / counts.len() as f64;
+    let chi = counts.iter().map(|count: &f64| (count - mean).powi(2) / mean).sum();
+    let free = counts.len() as f64 - 1.0;
+    let share = 2.0 / (9.0 * free);
+    (chi, free * (1.0 - share + 2.326 * share.sqrt()).powi(3))
+}
+
+/// Greatest density of a layer of a twentieth at any of the six walls, over the mean.
+fn densest_wall(cloud: &Cloud) -> f64 {
+    let extent = cloud.plan(0).expect("a box").extent;
+    let centers = centers(cloud, 0);
+    let mut densest: f64 = 0.0;
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let wall = centers.iter().filter(|c| side * c[axis] > 0.45 * extent[axis]).count();
+            densest = densest.max(wall as f64 / (0.05 * centers.len() as f64));
+        }
+    }
+    densest
+}
+
+fn inside(cloud: &Cloud) -> bool {
+    let extent = cloud.plan(0).expect("a box").extent;
+    let centers = centers(cloud, 0);
+    centers.iter().all(|c| (0..3).all(|i| c[i].is_finite() && c[i].abs() <= 0.5 * extent[i]))
+}
+
+#[test]
+fn in_still_water_without_wind_nothing_moves() {
+    let mut cloud = cloud(TALL);
+    let camera = camera(DVec3::new(0.0, -3.0, 6.0), DVec3::new(0.0, -3.0, 0.0));
+    let (first, _) = step(&mut cloud, &around(&[], &[], &camera), &Levels::default());
+    assert!(first.len() > 1000, "{}", first.len());
+    assert!(first.iter().all(|sprite| sprite.velocity == [0.0; 3]));
+    for number in 2..200 {
+        let around = Surroundings { step: number, ..around(&[], &[], &camera) };
+        let (later, _) = step(&mut cloud, &around, &Levels::default());
+        assert_eq!(later, first);
+    }
+}
+
+#[test]
+fn a_uniform_current_moves_every_centre_by_v_t_modulo_its_box() {
+    let mut cloud = cloud(TALL);
+    let extent = DVec3::from(cloud.plan(0).expect("a box").extent);
+    let before = centers(&cloud, 0);
+    let flow = current(DVec3::new(0.37, -0.05, 0.21));
+    // What the element says, in f32.
+    let v = DVec3::from(flow.axis.map(|a| f64::from((f64::from(flow.strength) * f64::from(a)) as f32)));
+    run(&mut cloud, &[flow], LONG);
+    let way = v * (LONG as f64 * DT);
+    for (before, after) in before.iter().zip(centers(&cloud, 0)) {
+        let off = after - (*before + way);
+        let off = off - (off / extent).round() * extent;
+        // Two roundings to 2⁻³² of the box, and 36 000 of an f64.
+        assert!(off.abs().max_element() < 1e-8, "{off}");
+    }
+}
+
+#[test]
+fn a_box_is_uniform_after_ten_minutes_of_a_uniform_current() {
+    let mut cloud = cloud(TALL);
+    run(&mut cloud, &[current(DVec3::new(0.13, 0.02, -0.31))], LONG);
+    let (chi, most) = chi_square(&centers(&cloud, 0), [6, 3, 6]);
+    assert!(chi < most, "{chi} of at most {most}");
+}
+
+#[test]
+fn a_box_is_uniform_after_ten_minutes_of_a_vortex_in_its_middle() {
+    let mut cloud = cloud(TALL);
+    let vortex = local(abi::FLOW_WHIRLWIND, DVec3::new(0.0, -3.0, 0.0), 0.2, 0.3);
+    run(&mut cloud, &[vortex], LONG);
+    assert!(inside(&cloud));
+    let (chi, most) = chi_square(&centers(&cloud, 0), [6, 3, 6]);
+    assert!(chi < most, "{chi} of at most {most}");
+    // The test sees what it looks for: all of them a twentieth nearer to the middle.
+    let spoilt: Vec<DVec3> = centers(&cloud, 0).iter().map(|center| *center * 0.95).collect();
+    let (chi, most) = chi_square(&spoilt, [6, 3, 6]);
+    assert!(chi > most, "{chi} of at most {most}");
+}
+
+#[test]
+fn a_source_or_sink_leaves_no_crowd_at_the_walls_and_the_number_as_it_was() {
+    let middle = DVec3::new(0.0, -3.0, 0.0);
+    let cases: [(&str, Vec<Flow>); 5] = [
+        ("a source in the middle", vec![local(abi::FLOW_SOURCE, middle, 0.15, 0.3)]),
+        ("a source beside a wall", vec![local(abi::FLOW_SOURCE, DVec3::new(2.7, -2.3, 0.4), 0.15, 0.3)]),
+        ("a hole", vec![local(abi::FLOW_HOLE, middle, 0.15, 0.3)]),
+        ("a source outside", vec![local(abi::FLOW_SOURCE, DVec3::new(5.0, -3.0, 0.0), 0.4, 0.3)]),
+        (
+            "a source and a hole in a current",
+            vec![
+                local(abi::FLOW_SOURCE, DVec3::new(-1.5, -3.0, 0.0), 0.1, 0.3),
+                local(abi::FLOW_HOLE, DVec3::new(1.5, -3.0, 1.0), 0.1, 0.3),
+                current(DVec3::new(0.1, 0.0, 0.06)),
+            ],
+        ),
+    ];
+    for (name, flow) in cases {
+        let mut cloud = cloud(TALL);
+        run(&mut cloud, &flow, LONG / 2);
+        assert!(inside(&cloud), "{name}");
+        assert_eq!(centers(&cloud, 0).len(), 9000, "{name}");
+        let densest = densest_wall(&cloud);
+        println!("{name}: {densest} at a wall, {:?}", chi_square(&centers(&cloud, 0), [6, 2, 6]));
+        assert!(densest <= 1.2, "{name}: {densest} at a wall");
+        // Nor does all of it end in one place.
+        let (chi, _) = chi_square(&centers(&cloud, 0), [6, 2, 6]);
+        let (all_in_one, cells) = (9000.0 * 71.0, 72.0_f64);
+        assert!(chi < 0.05 * all_in_one / cells.sqrt(), "{name}: {chi}");
+    }
+}
+
+#[test]
+fn the_number_of_particles_alive_never_changes() {
+    let mut cloud = cloud(
+        "[[boxes]]\nlow = [-3.0, -4.0, -3.0]\nhigh = [3.0, -2.0, 3.0]\ncount = 2501\n\
+         [[boxes]]\nkind = \"sand\"\nlow = [-1.0, -4.0, -1.0]\nhigh = [1.0, -3.5, 1.0]\nconcentration = 333.0\n",
+    );
+    let camera = camera(DVec3::new(0.0, -3.0, 6.0), DVec3::new(0.0, -3.0, 0.0));
+    let mut fish = local(abi::FLOW_SOURCE, DVec3::ZERO, 0.1, 0.5);
+    let counts = [cloud.particles(0), cloud.particles(1)];
+    assert_eq!(counts, [2501, 666]);
+    for number in 0..2000 {
+        let t = number as f64 * DT;
+        fish.position = [3.0 * (0.3 * t).sin(), -3.0, 3.0 * (0.41 * t).cos()];
+        let waves = sea(6.0, 50.0, t);
+        let flow = [fish];
+        let around = Surroundings { step: number, trace: true, ..around(&flow, &waves, &camera) };
+        let (_, trace) = step(&mut cloud, &around, &Levels::default());
+        assert_eq!(trace.len(), 3167);
+        for (i, point) in trace.iter().enumerate() {
+            let (object, node) = if i < 2501 { (0, i) } else { (1, i - 2501) };
+            assert_eq!((point.object, point.node as usize), (object, node));
+            assert!(point.position.iter().all(|v| v.is_finite()));
+        }
+    }
+}
+
+#[test]
+fn a_step_of_no_length_changes_nothing_and_long_ones_leave_nobody_outside() {
+    let mut cloud = cloud(TALL);
+    let camera = blind();
+    let flow = [current(DVec3::X), local(abi::FLOW_WHIRLWIND, DVec3::new(0.5, -3.0, 0.0), 50.0, 900.0)];
+    let before = cloud.save();
+    cloud.advance(&Surroundings { dt: 0.0, ..around(&flow, &[], &camera) }, &Levels::default());
+    assert_eq!(cloud.save(), before);
+    for _ in 0..50 {
+        cloud.advance(&Surroundings { dt: 10.0, ..around(&flow, &[], &camera) }, &Levels::default());
+    }
+    assert_ne!(cloud.save(), before);
+    assert!(inside(&cloud));
+}

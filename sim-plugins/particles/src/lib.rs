@@ -1,0 +1,3 @@
+//! The particle plugin: a dynamic library around [`reef_particles_model`].
+
+reef_sdk::export!(reef_particles_model::Particles);
