@@ -138,11 +138,23 @@ impl Generation {
         call: &'static str,
         code: impl FnOnce() -> R + Send,
     ) -> Result<R, String> {
+        self.enter_then(plugin, call, code, |result| result)
+    }
+
+    /// As [`Generation::enter`]; when the call has returned, `then` looks at its result: the host's own code, on the control
+    /// thread, too, but neither watched nor guarded.
+    pub(crate) fn enter_then<R: Send, T: Send>(
+        &self,
+        plugin: &str,
+        call: &'static str,
+        code: impl FnOnce() -> R + Send,
+        then: impl FnOnce(R) -> T + Send,
+    ) -> Result<T, String> {
         if let Some(Health::Faulty(message) | Health::Stopped(message)) = self.quarantine() {
             return Err(message.clone());
         }
         let watch = if call == "step" { Watch::Step } else { Watch::Other };
-        let outcome = self.run(|| self.fate.watched(watch, || guard::guarded(&self.fate, code)));
+        let outcome = self.run(|| self.fate.watched(watch, || guard::guarded(&self.fate, code)).map(then));
         outcome.map_err(|fault| {
             let message = fault.describe(plugin, call);
             self.fate.quarantine();

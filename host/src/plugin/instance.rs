@@ -272,26 +272,45 @@ impl Instance {
         let output = Shown(recorder.table());
         let began = Instant::now();
         let (step_input, output) = (&step_input, &output);
-        let status = generation.enter(&self.plugin.info().id, "step", move || {
+        let code = move || {
             let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
             call(step, instance.ctx, step_input, output)
-        });
-        let ended = Instant::now();
+        };
+        // Checked where the workers are, and while much of it is near to them.
+        let (flags, pool, services) = (input.flags, generation.pool(), &*self.services);
+        let checked = move |status: i32| {
+            if status != abi::OK {
+                return (status, Duration::ZERO, Ok(()));
+            }
+            let returned = Instant::now();
+            let Shown(output) = output;
+            // SAFETY: the table's context is the recorder; the plugin's call is over, and its jobs with it.
+            let recorder = unsafe { &mut *output.ctx.cast::<Recorder>() };
+            let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
+            let checked = recorder.finish(flags, services.textures(), &share);
+            (status, returned.elapsed(), checked)
+        };
+        let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);
         self.services.end_step();
-        let report = match status {
-            Ok(status) => self.conclude(status, input.flags),
+        let whole = began.elapsed();
+        let mut check = Duration::ZERO;
+        let report = match outcome {
+            Ok((status, took, checked)) => {
+                check = took;
+                self.conclude(status, checked)
+            }
             Err(message) => StepReport { status: StepStatus::Failed, message: Some(message) },
         };
-        self.times = StepTimes { call: ended.duration_since(began), check: ended.elapsed() };
+        self.times = StepTimes { call: whole.saturating_sub(check), check };
         report
     }
 
-    fn conclude(&mut self, status: i32, flags: u32) -> StepReport {
+    fn conclude(&mut self, status: i32, checked: Result<(), String>) -> StepReport {
         let given = self.services.take_error().or_else(|| self.recorder.take_message());
         let reason = || given.unwrap_or_else(|| "it gave no reason".into());
         let report = |status, message| StepReport { status, message };
         match status {
-            abi::OK => match self.recorder.finish(flags, self.services.textures()) {
+            abi::OK => match checked {
                 Ok(()) => report(StepStatus::Ok, None),
                 Err(message) => {
                     self.health = Health::Faulty(message.clone());

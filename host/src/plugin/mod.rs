@@ -3,7 +3,8 @@
 //!
 //! In the order in which things happen: [`inspect`] reads a file without running it; [`library`] opens it on the
 //! threads of its [`generation`]; [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
-//! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`check`] has looked at, with the [`textures`] that an instance made;
+//! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`streams::check`] has looked at, with the
+//! [`textures`] that an instance made;
 //! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused.
 //!
 //! Every call into a library, and every job, goes through a [`guard`].
@@ -15,7 +16,6 @@
 
 #[cfg(target_os = "linux")]
 pub(crate) mod bare;
-pub mod check;
 pub mod envelope;
 mod error;
 pub mod generation;
@@ -31,8 +31,8 @@ mod recorder;
 pub mod registry;
 mod scratch;
 mod services;
-pub mod streams;
-pub mod textures;
+
+pub use reef_streams::{self as streams, textures};
 
 pub use error::{PluginError, Refusal};
 pub use guard::{Limits, set_limits};

@@ -134,6 +134,38 @@ impl Pool {
     }
 }
 
+/// Work of the host's own on its way to the workers.
+struct HostWork<'a> {
+    generation: u64,
+    job: &'a (dyn Fn(usize) + Sync),
+}
+
+/// # Safety
+/// `user` leads to a `HostWork` that lives until the loop ends.
+unsafe extern "C" fn host_job(user: *mut c_void, index: u32, _: u32) {
+    // SAFETY: the caller's promise.
+    let work = unsafe { &*user.cast_const().cast::<HostWork<'_>>() };
+    marker::in_service(work.generation, || (work.job)(index as usize));
+}
+
+impl Pool {
+    /// Shares work of the host's own: calls `job` for each number below `count`, in any order, and returns when all are
+    /// done. For the control thread, between a plugin's calls. What goes wrong in a job is the host's fault.
+    pub(crate) fn share(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+        let work = HostWork { generation: self.shared.fate.generation(), job };
+        if self.workers > 1
+            && let Ok(count) = u32::try_from(count)
+        {
+            // SAFETY: `host_job` is made for that work, which outlives the loop; the control thread calls this, in no job.
+            let fault = unsafe { self.run(count, host_job, (&raw const work).cast_mut().cast()) };
+            if fault.is_none() {
+                return;
+            }
+        }
+        (0..count).for_each(job);
+    }
+}
+
 impl Pool {
     /// Ends the threads and waits for them. No loop may be started afterwards. Threads of a quarantined generation are left
     /// to sleep for ever: their end would run thread-local destructors of its library.

@@ -6,9 +6,9 @@ use std::{ffi::c_void, sync::Arc};
 use reef_abi as abi;
 
 use super::{
-    check, guard, marker,
+    guard, marker,
     services::version_text,
-    streams::{Lane, Outputs, limit, stream_name},
+    streams::{Lane, Outputs, check, limit, stream_name},
     textures::TextureList,
 };
 
@@ -107,8 +107,13 @@ impl Recorder {
     }
 
     /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
-    /// `textures`: those that the instance has now. On an error the outputs stay as they were.
-    pub(crate) fn finish(&mut self, flags: u32, textures: TextureList) -> Result<(), String> {
+    /// `textures`: those that the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
+    pub(crate) fn finish(
+        &mut self,
+        flags: u32,
+        textures: TextureList,
+        share: check::Share<'_>,
+    ) -> Result<(), String> {
         if let Some(message) = &self.refused {
             return Err(message.clone());
         }
@@ -138,7 +143,7 @@ impl Recorder {
             _ => staging.materials = self.current.materials.clone(),
         }
         staging.textures = textures;
-        self.checker.check(staging)?;
+        self.checker.check(staging, share)?;
         // The next staging set is one that nobody holds; with too many held ones, the oldest is left to its holders.
         let free = match self.spare.iter_mut().position(|outputs| Arc::get_mut(outputs).is_some()) {
             Some(free) => self.spare.remove(free),

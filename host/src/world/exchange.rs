@@ -24,13 +24,44 @@ pub(super) fn own_id(module: usize, object: u64) -> u64 {
     if own >> MODULE_SHIFT == 0 { own } else { object }
 }
 
+/// Ids and origins of a module's objects.
+#[derive(Clone, Debug)]
+pub(super) enum Listed {
+    /// As a saved state lists them.
+    Loaded(Vec<(u64, [f64; 3])>),
+    /// As they were emitted: there may be many, and hardly anybody asks for them.
+    Emitted(Arc<Outputs>),
+}
+
+impl Listed {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Loaded(list) => list.len(),
+            Self::Emitted(outputs) => outputs.objects.len(),
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u64, [f64; 3])> {
+        let (loaded, emitted) = match self {
+            Self::Loaded(list) => (list.as_slice(), [].as_slice()),
+            Self::Emitted(outputs) => ([].as_slice(), outputs.objects.as_slice()),
+        };
+        loaded.iter().copied().chain(emitted.iter().map(|object| (object.id, object.origin)))
+    }
+}
+
+impl Default for Listed {
+    fn default() -> Self {
+        Self::Loaded(Vec::new())
+    }
+}
+
 /// What one module emitted in the last step and others may know.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Said {
     pub(super) flows: Vec<abi::Flow>,
     pub(super) actors: Vec<abi::Actor>,
-    /// Ids and origins of its objects.
-    pub(super) objects: Vec<(u64, [f64; 3])>,
+    pub(super) objects: Listed,
 }
 
 /// Everything that was said in the last step, and what of it each module hears.
@@ -68,7 +99,7 @@ impl Exchange {
         for said in &mut self.said {
             said.flows.clear();
             said.actors.clear();
-            said.objects.clear();
+            said.objects = Listed::default();
         }
     }
 
@@ -173,14 +204,13 @@ impl Exchange {
     }
 
     /// Remembers what the modules said in this step.
-    pub(super) fn take<'a>(&mut self, outputs: impl Iterator<Item = &'a Outputs>) {
+    pub(super) fn take<'a>(&mut self, outputs: impl Iterator<Item = &'a Arc<Outputs>>) {
         for (said, outputs) in self.said.iter_mut().zip(outputs) {
             said.flows.clear();
             said.flows.extend_from_slice(&outputs.flows);
             said.actors.clear();
             said.actors.extend_from_slice(&outputs.actors);
-            said.objects.clear();
-            said.objects.extend(outputs.objects.iter().map(|object| (object.id, object.origin)));
+            said.objects = Listed::Emitted(outputs.clone());
         }
     }
 }
@@ -189,7 +219,7 @@ impl Objects for Exchange {
     fn find(&self, module: usize, object: u64) -> Option<([f64; 3], u64)> {
         let objects = &self.said.get(module)?.objects;
         let (_, origin) = objects.iter().find(|(id, _)| *id == object)?;
-        Some((*origin, foreign_id(module, object)))
+        Some((origin, foreign_id(module, object)))
     }
 }
 
@@ -229,7 +259,7 @@ mod tests {
     #[test]
     fn objects_are_found_by_module_and_id() {
         let mut exchange = Exchange::new(2);
-        exchange.said[1].objects = vec![(7, [1.0, 2.0, 3.0])];
+        exchange.said[1].objects = Listed::Loaded(vec![(7, [1.0, 2.0, 3.0])]);
         assert_eq!(exchange.find(1, 7), Some(([1.0, 2.0, 3.0], foreign_id(1, 7))));
         assert_eq!(exchange.find(0, 7), None);
         assert_eq!(exchange.find(9, 7), None);

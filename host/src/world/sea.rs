@@ -680,7 +680,7 @@ impl World {
         for (module, text) in told {
             self.tell(&module, text);
         }
-        self.exchange.take(self.members.iter().map(|member| &**member.instance.outputs()));
+        self.exchange.take(self.members.iter().map(|member| member.instance.outputs()));
         self.publish(Frame { step, time, camera: pose, outputs: Vec::new(), flow: self.exchange.all() });
     }
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    exchange::Said,
+    exchange::{Listed, Said},
     hash::{Chain, hex, unhex},
     journal::{CameraInput, Journal},
     sea::World,
@@ -138,7 +138,7 @@ impl World {
         for (said, envelope) in said.iter().zip(&envelopes) {
             bytes.extend_from_slice(bytemuck::cast_slice(&said.flows));
             bytes.extend_from_slice(bytemuck::cast_slice(&said.actors));
-            for &(id, origin) in &said.objects {
+            for (id, origin) in said.objects.iter() {
                 bytes.extend_from_slice(bytemuck::bytes_of(&SavedObject { id, origin }));
             }
             bytes.extend_from_slice(envelope);
@@ -166,7 +166,8 @@ impl World {
             let flows = rest.list(module.flows)?;
             let actors = rest.list(module.actors)?;
             let objects: Vec<SavedObject> = rest.list(module.objects)?;
-            said.push(Said { flows, actors, objects: objects.iter().map(|o| (o.id, o.origin)).collect() });
+            let objects = Listed::Loaded(objects.iter().map(|o| (o.id, o.origin)).collect());
+            said.push(Said { flows, actors, objects });
             envelopes.push(rest.take(module.envelope)?);
         }
         if !rest.0.is_empty() {

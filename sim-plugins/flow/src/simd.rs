@@ -5,7 +5,7 @@
 //! use [`mul_add`] (one rounding everywhere; in software below AVX2, and slow there), `sqrt` and `/`, which are exact,
 //! and no estimates.
 
-use fearless_simd::{Simd, f32x8, f32x16, i32x8, i32x16, prelude::*};
+use fearless_simd::{Simd, f32x4, f32x8, f32x16, i32x4, i32x8, i32x16, prelude::*};
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +157,7 @@ macro_rules! dispatch {
     }};
 }
 
-/// Eight or sixteen lanes of f32. Sixteen are two registers below AVX-512: twice the independent work for a kernel whose
+/// Four, eight or sixteen lanes of f32. Sixteen are two registers below AVX-512: twice the independent work for a kernel whose
 /// equations wait for one another.
 pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {
     /// As many lanes of i32.
@@ -169,6 +169,19 @@ pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {
 
     /// The nearest number to each whole one.
     fn from_int(whole: Self::Int) -> Self;
+}
+
+impl<S: Simd> Lanes<S> for f32x4<S> {
+    type Int = i32x4<S>;
+
+    #[inline(always)]
+    fn soft_mul_add(self, b: Self, c: Self) -> Self {
+        let ([a, b, c], mut rows) = ([self, b, c], [[0.0; 8]; 3]);
+        a.store_slice(&mut rows[0][..4]);
+        b.store_slice(&mut rows[1][..4]);
+        c.store_slice(&mut rows[2][..4]);
+        f32x4::from_slice(self.simd, &soft_mul_add(&rows[0], &rows[1], &rows[2])[..4])
+    }
 }
 
 impl<S: Simd> Lanes<S> for f32x8<S> {
@@ -277,6 +290,34 @@ pub fn splat16<S: Simd>(simd: S, value: f32) -> f32x16<S> {
 #[inline(always)]
 pub fn clamp<S: Simd, V: Lanes<S>>(value: V, low: V, high: V) -> V {
     value.max(low).min(high)
+}
+
+/// Asks for the memory of `values`, which will soon be read or written. Changes nothing but how long that takes.
+#[inline(always)]
+pub fn prefetch<T>(values: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of_val(values)).step_by(64) {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let place = values.as_ptr().cast::<i8>().wrapping_add(line);
+        #[allow(unsafe_code, reason = "the one instruction that no safe function gives")]
+        // SAFETY: a prefetch neither reads nor faults, whatever the address; SSE is part of x86-64 itself.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(place);
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = values;
+}
+
+/// How far ahead [`blocks`] asks for memory, in blocks.
+const AHEAD: usize = 3;
+
+/// `values` in blocks of about a KiB, each asked for while those before it are worked on: by themselves, processors do not
+/// look beyond the page that they are in.
+pub fn blocks<T>(values: &[T]) -> impl Iterator<Item = &[T]> {
+    let size = (1024 / size_of::<T>().max(1)).max(1);
+    let mut ahead = values.chunks(size).skip(AHEAD);
+    values.chunks(size).inspect(move |_| prefetch(ahead.next().unwrap_or_default()))
 }
 
 #[cfg(test)]

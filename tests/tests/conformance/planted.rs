@@ -35,8 +35,8 @@ use Fault::{Configuration, Environment, File};
 const FAULTS: &[(&str, Fault)] = &[
     ("file-library", File(|bytes| bytes.truncate(bytes.len() / 2))),
     ("file-unique", File(|bytes| symbol(bytes, 10 << 4 | 1))),
-    ("file-nodelete", File(nodelete)),
-    ("entry-symbol", File(rename)),
+    ("file-nodelete", File(|bytes| nodelete(bytes))),
+    ("entry-symbol", File(|bytes| rename(bytes))),
     ("entry-data", File(|bytes| symbol(bytes, 1 << 4 | 2))),
     ("entry-magic", File(|bytes| entry(bytes, 0, |magic| magic ^ 0xff))),
     ("entry-version", File(|bytes| entry(bytes, 12, |_| 7 << 16))),
@@ -201,7 +201,7 @@ fn symbol(bytes: &mut [u8], info: u8) {
     bytes[found.unwrap() + 4] = info;
 }
 
-fn rename(bytes: &mut Vec<u8>) {
+fn rename(bytes: &mut [u8]) {
     let (names, size) = section(bytes, ".dynstr");
     let name = abi::ENTRY_SYMBOL.as_bytes();
     let at = bytes[names..names + size].windows(name.len()).position(|w| w == name).unwrap();
@@ -209,7 +209,7 @@ fn rename(bytes: &mut Vec<u8>) {
 }
 
 /// Asks the system's loader to keep the library.
-fn nodelete(bytes: &mut Vec<u8>) {
+fn nodelete(bytes: &mut [u8]) {
     const FLAGS_1: u64 = 0x6fff_fffb;
     const NODELETE: u8 = 8;
     let (start, size) = section(bytes, ".dynamic");
@@ -222,7 +222,9 @@ fn nodelete(bytes: &mut Vec<u8>) {
 fn lookers(number: usize) -> Vec<&'static str> {
     let family = |name: &'static str| name.split('-').next();
     let all = std::env::var("REEF_PLANTED").is_ok_and(|value| value == "all");
-    let looks = |at: usize| all || family(FAULTS[at].0) == family(FAULTS[number].0) || (at + number) % 6 == 0;
+    let looks = |at: usize| {
+        all || family(FAULTS[at].0) == family(FAULTS[number].0) || (at + number).is_multiple_of(6)
+    };
     (0..FAULTS.len()).filter(|at| looks(*at)).map(|at| FAULTS[at].0).collect()
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code, reason = "calls of the system without a safe counterpart in std")]
 
-use std::{fs, mem::MaybeUninit, os::unix::ffi::OsStrExt, path::Path};
+use std::{collections::HashSet, fs, mem::MaybeUninit};
 
 /// Most memory that a check's process may map [bytes]: a runaway must not take the machine's.
 const MEMORY: u64 = 16 << 30;
@@ -45,44 +45,36 @@ pub(super) fn kill(process: u32) {
     unsafe { libc::kill(-group, libc::SIGKILL) };
 }
 
-/// The variable whose value is the mark of a check's processes.
-pub(super) const MARK: &str = "REEF_CHECK";
-
 /// From now on, processes whose parent has ended become this one's children.
 pub(super) fn adopt_orphans() {
-    // SAFETY: a property of this process. Where the system refuses, strays of a killed check may live on.
+    // SAFETY: a property of this process. Where the system refuses, what left its group may live on.
     unsafe { libc::prctl(libc::PR_SET_CHILD_SUBREAPER, 1) };
 }
 
-/// Kills what left the group of a check that has ended, but carries its mark: it is an orphan now, and so ours.
-pub(super) fn kill_strays(mark: &Path) {
+/// Kills all children of this process but those that are known: orphans that left the group of a check that has ended.
+/// Nobody may start a process meanwhile.
+pub(super) fn kill_orphans(known: &HashSet<u32>) {
     // Each round may make orphans of others.
     for _ in 0..100 {
-        let strays = marked_children(mark);
-        if strays.is_empty() {
+        let orphans: Vec<u32> = children().into_iter().filter(|child| !known.contains(child)).collect();
+        if orphans.is_empty() {
             return;
         }
-        for stray in strays {
+        for orphan in orphans.into_iter().filter_map(|orphan| i32::try_from(orphan).ok()) {
             // SAFETY: a child of this process, which nobody else waits for.
             unsafe {
-                libc::kill(stray, libc::SIGKILL);
-                libc::waitpid(stray, std::ptr::null_mut(), 0);
+                libc::kill(orphan, libc::SIGKILL);
+                libc::waitpid(orphan, std::ptr::null_mut(), 0);
             }
         }
     }
 }
 
-/// Children of this process with this mark in their environment.
-fn marked_children(mark: &Path) -> Vec<i32> {
-    let wanted = [MARK.as_bytes(), b"=", mark.as_os_str().as_bytes()].concat();
+/// All children of this process.
+fn children() -> Vec<u32> {
     let tasks = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let lists = tasks.filter_map(|task| fs::read_to_string(task.path().join("children")).ok());
-    let numbers: Vec<i32> = lists
+    lists
         .flat_map(|list| list.split_whitespace().filter_map(|n| n.parse().ok()).collect::<Vec<_>>())
-        .collect();
-    let marked = |number: &i32| {
-        let environment = fs::read(format!("/proc/{number}/environ")).unwrap_or_default();
-        environment.split(|byte| *byte == 0).any(|variable| variable == wanted)
-    };
-    numbers.into_iter().filter(marked).collect()
+        .collect()
 }

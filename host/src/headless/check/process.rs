@@ -2,6 +2,7 @@
 //! verdict here.
 
 use std::{
+    collections::HashSet,
     env,
     ffi::OsString,
     fs,
@@ -37,6 +38,8 @@ pub(super) struct Conduct {
     /// Verdicts go here.
     folder: TempDir,
     runs: AtomicU64,
+    /// Processes of checks that run. Locked while one is started.
+    running: Mutex<HashSet<u32>>,
 }
 
 impl Conduct {
@@ -56,7 +59,15 @@ impl Conduct {
             arguments.extend(["--assets".into(), assets.into()]);
         }
         group::adopt_orphans();
-        Ok(Self { program, path, arguments, limit: limit(args), folder, runs: AtomicU64::new(0) })
+        Ok(Self {
+            program,
+            path,
+            arguments,
+            limit: limit(args),
+            folder,
+            runs: AtomicU64::new(0),
+            running: Mutex::default(),
+        })
     }
 
     /// Runs one check.
@@ -68,12 +79,15 @@ impl Conduct {
         if let Some(plugin) = plugin {
             command.args(["--plugin", plugin]);
         }
-        command.arg("--verdict").arg(&verdict).env(group::MARK, &verdict).env("GLIBC_TUNABLES", EXACT_HEAP);
+        command.arg("--verdict").arg(&verdict).env("GLIBC_TUNABLES", EXACT_HEAP);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         let mut child = match command.spawn() {
             Ok(child) => child,
             Err(error) => return Verdict::Failed(format!("its process could not be started: {error}")),
         };
+        running.insert(child.id());
+        drop(running);
         let said = child.stderr.take().map(listen).unwrap_or_default();
         let end = Instant::now() + self.limit;
         let mut pause = Duration::from_micros(500);
@@ -90,7 +104,10 @@ impl Conduct {
         // Before it is reaped, lest its number be somebody else's by then.
         group::kill(child.id());
         let status = child.wait();
-        group::kill_strays(&verdict);
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        running.remove(&child.id());
+        group::kill_orphans(&running);
+        drop(running);
         if !in_time {
             return Verdict::Failed(format!(
                 "it did not end within {} s, and was killed",

@@ -133,11 +133,11 @@ impl Plugin for Anemones {
         let nodes = output.reserve::<abi::FibreNode>(count)?;
         bed.step(&around, &settings, bytemuck::cast_slice_mut(nodes));
         output.commit::<abi::FibreNode>(count)?;
-        let count = fill(output, bed.fibre_count(), bed.fibres())?;
+        let count = bed.write_fibres(around.workers, output.reserve(bed.fibre_count())?);
         output.commit::<abi::Fibre>(count)?;
-        let count = fill(output, bed.plant_count(), bed.objects())?;
-        output.commit::<abi::Object>(count)?;
-        let count = fill(output, bed.plant_count(), bed.actors())?;
+        bed.write_objects(around.workers, output.reserve(bed.plant_count())?);
+        output.commit::<abi::Object>(bed.plant_count())?;
+        let count = fill(output, bed.perceived_count(), bed.actors())?;
         output.commit::<abi::Actor>(count)?;
         if !self.dressed || input.is_trial() {
             let count = fill(output, bed.materials().len(), bed.materials().iter().copied())?;

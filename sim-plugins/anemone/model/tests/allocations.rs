@@ -9,7 +9,10 @@ use std::{
 };
 
 use glam::DVec3;
-use reef_sdk::abi::{self, Flow};
+use reef_sdk::{
+    Workers,
+    abi::{self, Fibre, Flow, Object},
+};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -70,6 +73,8 @@ fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
             .collect();
         scene::run(&mut bed, &fish, 1.0 / 60.0, 5);
         let mut nodes = vec![[0.0; 4]; bed.node_count()];
+        let mut fibres = vec![Fibre::default(); bed.fibre_count()];
+        let mut objects = vec![Object::default(); bed.plant_count()];
         let mut swim = |bed: &mut reef_anemone_model::bed::Bed| {
             for step in 0..100 {
                 for fish in &mut fish {
@@ -77,7 +82,8 @@ fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
                 }
                 bed.step(&around(&fish), &Default::default(), &mut nodes);
             }
-            bed.fibres().count() + bed.objects().count() + bed.actors().count() + bed.trace().count()
+            bed.write_objects(Workers::inline(), &mut objects);
+            bed.write_fibres(Workers::inline(), &mut fibres) + bed.actors().count() + bed.trace().count()
         };
         // The fish's whole way once: every buffer grows to its greatest size.
         swim(&mut bed);

@@ -1,8 +1,16 @@
 //! What a bed looks like in the streams.
 
-use reef_sdk::abi::{self, Actor, Material, Object, Trace};
+use reef_sdk::{
+    Chunks, Workers,
+    abi::{self, Actor, Material, Object, Trace},
+};
 
-use super::Bed;
+use reef_flow::simd::{blocks, prefetch};
+
+use super::{Bed, Spot};
+
+/// Elements of a stream that one job writes.
+const ELEMENTS: usize = 2048;
 
 impl Bed {
     /// Materials: they never change.
@@ -10,19 +18,27 @@ impl Bed {
         &self.materials
     }
 
-    /// One object a plant.
-    pub fn objects(&self) -> impl Iterator<Item = Object> + '_ {
-        (1_u64..).zip(&self.plants).map(|(id, plant)| Object {
-            id,
-            origin: plant.origin.to_array(),
-            bounds_radius: plant.reach as f32,
-            ..Object::default()
-        })
+    /// One object a plant, written to `room`, which has room for [`Self::plant_count`] at most.
+    pub fn write_objects(&self, workers: Workers<'_>, room: &mut [Object]) {
+        workers.for_each_part((Chunks::new(room, ELEMENTS),), |at, (room,)| {
+            let first = at * ELEMENTS;
+            let mut id = first as u64;
+            let mut written = 0;
+            for block in blocks(&self.bounds[first..first + room.len()]) {
+                prefetch(room.get(written + 2 * block.len()..written + 3 * block.len()).unwrap_or_default());
+                for ((origin, reach), slot) in block.iter().zip(&mut room[written..]) {
+                    id += 1;
+                    *slot = Object { id, origin: *origin, bounds_radius: *reach, ..Object::default() };
+                }
+                written += block.len();
+            }
+        });
     }
 
     /// The plants that others perceive: the crowns.
     pub fn actors(&self) -> impl Iterator<Item = Actor> + '_ {
-        (1_u64..).zip(&self.plants).filter(|(_, plant)| plant.species != 0).map(|(id, plant)| Actor {
+        let plant = |index: &u32| Some((u64::from(*index) + 1, self.plants.get(*index as usize)?));
+        self.perceived.iter().filter_map(plant).map(|(id, plant)| Actor {
             id,
             position: (plant.origin + plant.top.0).to_array(),
             radius: plant.crown as f32,
@@ -34,12 +50,35 @@ impl Bed {
 
     /// All fibres that are not broken off, plant by plant, the foot first.
     pub fn fibres(&self) -> impl Iterator<Item = abi::Fibre> + '_ {
-        self.spots.iter().zip(&self.templates).filter_map(|(spot, template)| {
-            let chunk = &self.batch(spot)?.chunk;
-            let lane = spot.lane as usize;
-            let normal = chunk.normal(lane).to_array();
-            (!chunk.is_broken(lane)).then_some(abi::Fibre { normal, ..*template })
-        })
+        let whole = |spot: &Spot| self.batch(spot).is_some_and(|b| !b.chunk.is_broken(spot.lane as usize));
+        (0..).zip(&self.spots).filter(move |(_, spot)| whole(spot)).map(|(at, spot)| self.fibre(at, spot))
+    }
+
+    /// Fibre `at` of the list of all.
+    fn fibre(&self, at: usize, spot: &Spot) -> abi::Fibre {
+        let normal =
+            self.batch(spot).map_or([1.0, 0.0, 0.0], |b| b.chunk.normal(spot.lane as usize).to_array());
+        abi::Fibre { normal, ..self.templates.get(at).copied().unwrap_or_default() }
+    }
+
+    /// Writes [`Self::fibres`] and returns how many that were. `room` has room for [`Self::fibre_count`].
+    pub fn write_fibres(&self, workers: Workers<'_>, room: &mut [abi::Fibre]) -> usize {
+        if self.feet.iter().chain(&self.fibres).chain(&self.followers).any(|b| b.chunk.has_broken()) {
+            return room.iter_mut().zip(self.fibres()).map(|(slot, fibre)| *slot = fibre).count();
+        }
+        let count = room.len().min(self.spots.len());
+        workers.for_each_part((Chunks::new(&mut room[..count], ELEMENTS),), |part, (room,)| {
+            let first = part * ELEMENTS;
+            let (spots, mut written) = (&self.spots[first..], 0);
+            for block in blocks(&self.templates[first..first + room.len()]) {
+                prefetch(room.get(written + 2 * block.len()..written + 3 * block.len()).unwrap_or_default());
+                for at in written..written + block.len() {
+                    room[at] = self.fibre(first + at, &spots[at]);
+                }
+                written += block.len();
+            }
+        });
+        count
     }
 
     /// Every node as recordings see it: a foot and each of its tentacles are objects of their own, in that order.

@@ -140,6 +140,11 @@ pub struct Bed {
     pub(crate) fibres: Vec<Batch>,
     followers: Vec<Batch>,
     spots: Vec<Spot>,
+    /// Origin and reach of each plant [m], as its object has them: what stands still is looked up side by side.
+    bounds: Vec<([f64; 3], f32)>,
+    /// Plants with a foot; plants that others perceive.
+    footed: Vec<u32>,
+    perceived: Vec<u32>,
     /// What of each fibre never changes in the streams.
     templates: Vec<abi::Fibre>,
     materials: Vec<Material>,
@@ -162,6 +167,9 @@ impl Bed {
             fibres: Vec::new(),
             followers: Vec::new(),
             spots: Vec::new(),
+            bounds: Vec::new(),
+            footed: Vec::new(),
+            perceived: Vec::new(),
             templates: Vec::new(),
             materials: harvest.materials,
             node_bounds: Default::default(),
@@ -192,6 +200,11 @@ impl Bed {
     /// Plants, bare fibres included.
     pub fn plant_count(&self) -> usize {
         self.plants.len()
+    }
+
+    /// Plants that others perceive.
+    pub fn perceived_count(&self) -> usize {
+        self.perceived.len()
     }
 
     /// Local flow primitives that were evaluated in the last step, and those that bounding spheres saved, both times the
@@ -241,25 +254,33 @@ impl Bed {
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
-        let Self { plants, feet, fibres, followers, node_bounds, field, .. } = self;
-        let advance = |batch: &mut Batch| {
+        let Self { plants, footed, feet, fibres, followers, node_bounds, field, .. } = self;
+        let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]]| {
             batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
             batch.chunk.set_gain(around.dt, settings.damping);
-            wide::step(around.level, &mut batch.chunk, &batch.packed, &batch.contacts, &constants);
+            wide::step_into(
+                around.level,
+                &mut batch.chunk,
+                &batch.packed,
+                &batch.contacts,
+                &constants,
+                nodes,
+            );
         };
         around.workers.for_each_part(
             (Chunks::new(feet, 1), Parts::new(feet_nodes, &node_bounds[0])),
             |_, (batch, nodes)| {
                 for batch in batch {
                     if moving {
-                        advance(batch);
+                        advance(batch, nodes);
+                    } else {
+                        wide::emit(around.level, &mut batch.chunk, nodes);
                     }
-                    batch.chunk.emit(nodes);
                 }
             },
         );
         if moving {
-            ride(plants, feet);
+            ride(plants, footed, feet);
         }
         let plants = &*plants;
         around.workers.for_each_part(
@@ -269,9 +290,10 @@ impl Bed {
                     if moving {
                         batch.carry(plants);
                         batch.touch(around.obstacles, settings.contact);
-                        advance(batch);
+                        advance(batch, nodes);
+                    } else {
+                        wide::emit(around.level, &mut batch.chunk, nodes);
                     }
-                    batch.chunk.emit(nodes);
                 }
             },
         );
@@ -284,7 +306,7 @@ impl Bed {
                         batch.carry(plants);
                         batch.follow(around.level, fibres);
                     }
-                    batch.chunk.emit(nodes);
+                    wide::emit(around.level, &mut batch.chunk, nodes);
                 }
             },
         );
@@ -302,6 +324,7 @@ impl Bed {
         for batch in self.feet.iter_mut().chain(&mut self.fibres).chain(&mut self.followers) {
             batch.settle(plants, around.ground.as_ref());
         }
+        self.bounds = self.plants.iter().map(|p| (p.origin.to_array(), p.reach as f32)).collect();
         self.placed = true;
         self.stale = true;
     }
@@ -311,7 +334,7 @@ impl Bed {
         for batch in &mut self.feet {
             wide::rebuild(level, &mut batch.chunk);
         }
-        ride(&mut self.plants, &self.feet);
+        ride(&mut self.plants, &self.footed, &self.feet);
         let plants = &self.plants;
         for batch in &mut self.fibres {
             batch.carry(plants);
@@ -362,8 +385,9 @@ impl Bed {
 }
 
 /// Tells every plant where the top of its foot is.
-fn ride(plants: &mut [Standing], feet: &[Batch]) {
-    for plant in plants {
+fn ride(plants: &mut [Standing], footed: &[u32], feet: &[Batch]) {
+    for index in footed {
+        let Some(plant) = plants.get_mut(*index as usize) else { continue };
         if let Some((chunk, lane)) =
             plant.foot.and_then(|spot| Some((&feet.get(spot.batch as usize)?.chunk, spot.lane as usize)))
         {

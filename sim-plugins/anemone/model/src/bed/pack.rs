@@ -76,6 +76,15 @@ impl Bed {
         for plant in &mut self.plants {
             plant.foot = plant.foot.and_then(|_| self.spots.get(plant.fibres.start).copied());
         }
+        for (index, plant) in (0..).zip(&self.plants) {
+            if plant.foot.is_some() {
+                self.footed.push(index);
+            }
+            if plant.species != 0 {
+                self.perceived.push(index);
+            }
+        }
+        self.bounds = self.plants.iter().map(|p| (p.origin.to_array(), p.reach as f32)).collect();
     }
 }
 

@@ -1,74 +1,75 @@
 //! Up to 64 fibres, side by side in memory: what one job of a step works on.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
-use super::{Eight, LANES};
+use super::{LANES, Sixteen};
 use crate::{
     frame::{Frame, bend_direction},
     reference::Damper,
     shape::FibreShape,
 };
 
-/// Groups of eight in a chunk at most: enough independent chains to fill a processor's pipelines.
-pub(crate) const GROUPS: usize = 8;
+/// Groups of sixteen in a chunk at most: enough independent chains to fill a processor's pipelines.
+pub(crate) const GROUPS: usize = 4;
 /// Fibres in a chunk at most.
 pub const MOST_FIBRES: usize = GROUPS * LANES;
 
-/// One segment of eight fibres: what never changes in a step.
+/// One segment of sixteen fibres: what never changes in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Segment {
     /// L_i [m].
-    pub(crate) length: Eight,
+    pub(crate) length: Sixteen,
     /// L_i / L_{i−1}; 1 for the first.
-    pub(crate) ratio: Eight,
-    /// 1 / (k_i L_i) [1/N].
-    pub(crate) softness: Eight,
+    pub(crate) ratio: Sixteen,
+    /// k_i L_i [N].
+    pub(crate) spring: Sixteen,
     /// See [`Drag`].
-    pub(crate) drag: Eight,
+    pub(crate) drag: Sixteen,
     /// r_i [m].
-    pub(crate) radius: Eight,
-    /// Where the rest pose turns the segment below to, in that segment's frame.
-    pub(crate) rest: [Eight; 3],
+    pub(crate) radius: Sixteen,
 }
 
-/// One segment of eight fibres: its pose.
+/// One segment of sixteen fibres: its pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pose {
     /// Bend away from the rest direction [rad]: the state.
-    pub(crate) bend: [Eight; 2],
-    /// N_i [m], relative to the plant's origin.
-    pub(crate) node: [Eight; 3],
-    /// d_i.
-    pub(crate) direction: [Eight; 3],
-    /// F(N_i) [N] of the step under way.
-    pub(crate) force: [Eight; 3],
+    pub(crate) bend: [Sixteen; 2],
+    /// d_i. Within a step, from when the loads no longer need it until the bends have made it anew: F(N_i) [N].
+    pub(crate) direction: [Sixteen; 3],
 }
 
-/// Eight fibres' roots and what belongs to a whole fibre.
+/// Sixteen fibres' roots and what belongs to a whole fibre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Group {
     /// N_0 [m], relative to the plant's origin.
-    pub(crate) root: [Eight; 3],
-    pub(crate) root_radius: Eight,
+    pub(crate) root: [Sixteen; 3],
+    pub(crate) root_radius: Sixteen,
+    /// N_top [m], relative to the plant's origin. The nodes between are not kept: from here they follow down along the
+    /// directions, from the root up.
+    pub(crate) tip: [Sixteen; 3],
     /// The frame that carries the first rest direction: x, y, z.
-    pub(crate) frame: [[Eight; 3]; 3],
+    pub(crate) frame: [[Sixteen; 3]; 3],
     /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
-    pub(crate) offset: [Eight; 3],
+    pub(crate) offset: [Sixteen; 3],
     /// 1 − exp(−dt/τ) of the step under way.
-    pub(crate) gain: Eight,
+    pub(crate) gain: Sixteen,
     /// See [`Damper`]: the factor, the tip's last move, and the square of the noise [m²].
-    pub(crate) damping: Eight,
-    pub(crate) moved: [Eight; 3],
-    pub(crate) noise2: Eight,
+    pub(crate) damping: Sixteen,
+    pub(crate) moved: [Sixteen; 3],
+    pub(crate) noise2: Sixteen,
     /// Square of the force [N²] at the root that breaks the fibre off.
-    pub(crate) break2: Eight,
+    pub(crate) break2: Sixteen,
     /// 1: broken off.
-    pub(crate) broken: Eight,
+    pub(crate) broken: Sixteen,
     /// Unit vector across the first segment, of the pose that was emitted last.
-    normal: [Eight; 3],
-    /// The root and its frame in the carrier's axes.
-    place: [Eight; 3],
-    place_frame: [[Eight; 3]; 3],
+    pub(crate) normal: [Sixteen; 3],
+}
+
+/// Sixteen fibres' roots and their frames in the carrier's axes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seat {
+    root: [Sixteen; 3],
+    frame: [[Sixteen; 3]; 3],
 }
 
 /// What a fibre's drag numbers mean.
@@ -129,9 +130,17 @@ pub struct Chunk {
     pub(crate) breakable: bool,
     /// A force on every node that is always there [N]: weight.
     pub(crate) load: [f32; 3],
+    /// 1 where all groups are alike and share one group's constants, else the number of groups.
+    pub(crate) kinds: usize,
+    /// Segment by segment, `kinds` groups each; see [`Self::constants_of`].
     pub(crate) constants: Vec<Segment>,
+    /// Where the rest pose turns the segment below to, in that segment's frame, as `constants`; empty unless `curved`.
+    pub(crate) rests: Vec<[Sixteen; 3]>,
+    /// Segment by segment, all groups of a segment side by side, the tip's first: the loads, which fetch all of this from far
+    /// away, then go through memory forward, as processors expect. See [`Self::pose_of`].
     pub(crate) poses: Vec<Pose>,
     pub(crate) roots: Vec<Group>,
+    seats: Vec<Seat>,
     places: Vec<Place>,
     relaxations: Vec<f64>,
     stiffness: Vec<(f64, f64)>,
@@ -157,9 +166,12 @@ impl Chunk {
             curved: lanes.iter().any(|lane| lane.shape.rest.iter().any(|bend| bend.length_squared() > 0.0)),
             load: [0.0; 3],
             breakable: lanes.iter().any(|lane| lane.break_force.is_finite()),
+            kinds: groups,
             constants: vec![Segment::default(); groups * segments],
+            rests: vec![Default::default(); groups * segments],
             poses: vec![Pose::default(); groups * segments],
             roots: vec![Group::idle(); groups],
+            seats: vec![Seat::default(); groups],
             places: lanes.iter().map(|lane| lane.place).collect(),
             relaxations: lanes.iter().map(|lane| lane.relaxation).collect(),
             stiffness: stiffness.to_vec(),
@@ -170,8 +182,34 @@ impl Chunk {
             let lane = lanes.get(slot).unwrap_or(first);
             chunk.put(slot, lane);
         }
+        let alike = |lane: &Lane| lane.shape == first.shape;
+        if lanes.iter().all(alike) && stiffness.iter().all(|own| *own == stiffness[0]) {
+            chunk.share();
+        }
+        if !chunk.curved {
+            chunk.rests = Vec::new();
+        }
         chunk.set_stiffness(1.0, 0.0);
         Some(chunk)
+    }
+
+    /// All fibres are alike: one group's constants are everyone's, and stay in the nearest cache.
+    fn share(&mut self) {
+        self.constants = self.constants.iter().step_by(self.groups).copied().collect();
+        self.rests = self.rests.iter().step_by(self.groups).copied().collect();
+        self.kinds = 1;
+    }
+
+    /// Where a group's pose at a segment is.
+    #[inline(always)]
+    pub(crate) fn pose_of(&self, segment: usize, group: usize) -> usize {
+        (self.segments - 1 - segment) * self.groups + group
+    }
+
+    /// Where a group finds what never changes at a segment.
+    #[inline(always)]
+    pub(crate) fn constants_of(&self, segment: usize, group: usize) -> usize {
+        segment * self.kinds + group.min(self.kinds - 1)
     }
 
     fn put(&mut self, slot: usize, lane: &Lane) {
@@ -185,17 +223,17 @@ impl Chunk {
             constants.drag[at] = shape.drag[s] as f32;
             constants.radius[at] = shape.radii[s] as f32;
             let rest = bend_direction(shape.rest[s]);
-            for (axis, value) in constants.rest.iter_mut().zip(rest.to_array()) {
+            for (axis, value) in self.rests[s * self.groups + group].iter_mut().zip(rest.to_array()) {
                 axis[at] = value as f32;
             }
         }
-        let root = &mut self.roots[group];
+        let (root, seat) = (&mut self.roots[group], &mut self.seats[group]);
         let frame = &lane.place.frame;
         for axis in 0..3 {
-            root.place[axis][at] = lane.place.offset[axis] as f32;
-            root.place_frame[0][axis][at] = frame.x[axis] as f32;
-            root.place_frame[1][axis][at] = frame.y[axis] as f32;
-            root.place_frame[2][axis][at] = frame.z[axis] as f32;
+            seat.root[axis][at] = lane.place.offset[axis] as f32;
+            seat.frame[0][axis][at] = frame.x[axis] as f32;
+            seat.frame[1][axis][at] = frame.y[axis] as f32;
+            seat.frame[2][axis][at] = frame.z[axis] as f32;
         }
         root.root_radius[at] = shape.root_radius as f32;
         for (axis, value) in root.offset.iter_mut().zip(lane.offset.to_array()) {
@@ -223,16 +261,16 @@ impl Chunk {
 
     /// k_i = `factor` · K (r_i / r_tip)^(n + `exponent`), eq. (11), with each fibre's own K and n.
     pub fn set_stiffness(&mut self, factor: f64, exponent: f64) {
-        for slot in 0..self.groups * LANES {
+        for slot in 0..self.kinds * LANES {
             let (group, at) = (slot / LANES, slot % LANES);
             let (k, n) = self.stiffness[if slot < self.count { slot } else { 0 }];
-            let tip = f64::from(self.constants[(self.segments - 1) * self.groups + group].radius[at]);
+            let tip = f64::from(self.constants[(self.segments - 1) * self.kinds + group].radius[at]);
             for s in 0..self.segments {
-                let constants = &mut self.constants[s * self.groups + group];
+                let constants = &mut self.constants[s * self.kinds + group];
                 let ratio = f64::from(constants.radius[at]) / tip;
                 let stiffness = factor * k * crate::math::pow(ratio, n + exponent);
-                let softness = 1.0 / (stiffness * f64::from(constants.length[at]));
-                constants.softness[at] = softness.clamp(1e-30, 1e30) as f32;
+                let spring = stiffness * f64::from(constants.length[at]);
+                constants.spring[at] = spring.clamp(1e-30, 1e30) as f32;
             }
         }
     }
@@ -259,19 +297,19 @@ impl Chunk {
         let carrier = [carrier.x, carrier.y, carrier.z].map(|axis| axis.as_vec3().to_array());
         let origin = origin.as_vec3().to_array();
         // Sums in this order on every machine: x, y, z, then the origin.
-        let turn = |local: &[Eight; 3], axis: usize, at: usize| {
+        let turn = |local: &[Sixteen; 3], axis: usize, at: usize| {
             carrier[0][axis] * local[0][at]
                 + carrier[1][axis] * local[1][at]
                 + carrier[2][axis] * local[2][at]
         };
-        for root in &mut self.roots {
+        for (root, seat) in self.roots.iter_mut().zip(&self.seats) {
             for (axis, origin) in origin.into_iter().enumerate() {
                 for at in 0..LANES {
-                    root.root[axis][at] = turn(&root.place, axis, at) + origin;
+                    root.root[axis][at] = turn(&seat.root, axis, at) + origin;
                 }
                 for which in 0..3 {
                     for at in 0..LANES {
-                        root.frame[which][axis][at] = turn(&root.place_frame[which], axis, at);
+                        root.frame[which][axis][at] = turn(&seat.frame[which], axis, at);
                     }
                 }
             }
@@ -310,40 +348,19 @@ impl Chunk {
         }
     }
 
-    /// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius. Works out [`Self::normal`].
-    pub fn emit(&mut self, into: &mut [[f32; 4]]) {
-        for (root, lowest) in self.roots.iter_mut().zip(&self.poses) {
-            root.set_normal(&lowest.direction);
-        }
-        let nodes = self.segments + 1;
-        for (g, root) in self.roots.iter().enumerate() {
-            let lanes = LANES.min(self.count - g * LANES);
-            let mut write = |node: usize, place: &[Eight; 3], radius: &Eight| {
-                for at in 0..lanes {
-                    if let Some(out) = into.get_mut((g * LANES + at) * nodes + node) {
-                        *out = [place[0][at], place[1][at], place[2][at], radius[at]];
-                    }
-                }
-            };
-            write(0, &root.root, &root.root_radius);
-            for s in 0..self.segments {
-                let at = s * self.groups + g;
-                write(s + 1, &self.poses[at].node, &self.constants[at].radius);
-            }
-        }
-    }
-
-    fn vector(from: &[Eight; 3], at: usize) -> Vec3 {
+    fn vector(from: &[Sixteen; 3], at: usize) -> Vec3 {
         Vec3::new(from[0][at], from[1][at], from[2][at])
     }
 
     /// Node `node` of a fibre, 0 the root [m, relative to the plant's origin].
     pub fn node(&self, fibre: usize, node: usize) -> Vec3 {
         let (group, at) = (fibre / LANES, fibre % LANES);
-        match node {
-            0 => Self::vector(&self.roots[group].root, at),
-            _ => Self::vector(&self.poses[(node - 1) * self.groups + group].node, at),
-        }
+        (0..node).fold(Self::vector(&self.roots[group].root, at), |from, segment| {
+            let length = self.constants[self.constants_of(segment, group)].length[at];
+            let [x, y, z] = self.direction(fibre, segment).to_array();
+            // Rounded once, as everywhere.
+            Vec3::new(x.mul_add(length, from.x), y.mul_add(length, from.y), z.mul_add(length, from.z))
+        })
     }
 
     /// Radius there [m].
@@ -351,13 +368,13 @@ impl Chunk {
         let (group, at) = (fibre / LANES, fibre % LANES);
         match node {
             0 => self.roots[group].root_radius[at],
-            _ => self.constants[(node - 1) * self.groups + group].radius[at],
+            _ => self.constants[self.constants_of(node - 1, group)].radius[at],
         }
     }
 
     /// Direction of segment `segment`, 0 the lowest.
     pub fn direction(&self, fibre: usize, segment: usize) -> Vec3 {
-        Self::vector(&self.poses[segment * self.groups + fibre / LANES].direction, fibre % LANES)
+        Self::vector(&self.poses[self.pose_of(segment, fibre / LANES)].direction, fibre % LANES)
     }
 
     /// The frame that carries a fibre's first segment.
@@ -376,17 +393,19 @@ impl Chunk {
     /// A fibre's shape, as the kernel has it.
     pub fn shape(&self, fibre: usize) -> FibreShape {
         let (group, at) = (fibre / LANES, fibre % LANES);
-        let rows = || (0..self.segments).map(|s| &self.constants[s * self.groups + group]);
+        let rows = || (0..self.segments).map(|s| &self.constants[self.constants_of(s, group)]);
         let lengths: Vec<f64> = rows().map(|row| f64::from(row.length[at])).collect();
         FibreShape {
             root_radius: f64::from(self.roots[group].root_radius[at]),
             radii: rows().map(|row| f64::from(row.radius[at])).collect(),
-            stiffness: rows()
-                .zip(&lengths)
-                .map(|(row, length)| 1.0 / (f64::from(row.softness[at]) * length))
-                .collect(),
+            stiffness: rows().zip(&lengths).map(|(row, length)| f64::from(row.spring[at]) / length).collect(),
             drag: rows().map(|row| f64::from(row.drag[at])).collect(),
-            rest: rows().map(|row| crate::frame::bend_to(Self::vector(&row.rest, at).as_dvec3())).collect(),
+            rest: (0..self.segments)
+                .map(|s| match self.rests.get(self.constants_of(s, group)) {
+                    Some(rest) => crate::frame::bend_to(Self::vector(rest, at).as_dvec3()),
+                    None => DVec2::ZERO,
+                })
+                .collect(),
             lengths,
         }
     }
@@ -412,20 +431,31 @@ impl Chunk {
         self.breakable && self.roots[fibre / LANES].broken[fibre % LANES] != 0.0
     }
 
+    /// Whether any fibre is broken off.
+    pub fn has_broken(&self) -> bool {
+        self.breakable && (0..self.count).any(|fibre| self.is_broken(fibre))
+    }
+
     /// Numbers of state a chunk has: see [`Self::save`].
     pub fn state_len(&self) -> usize {
-        self.poses.len() * 2 * LANES + self.groups * 5 * LANES
+        (self.segments * 2 + 5) * self.count.next_multiple_of(SAVED)
     }
 
     /// Appends every number that a later step depends on.
     pub fn save(&self, into: &mut Vec<f32>) {
-        for pose in &self.poses {
-            pose.bend.iter().for_each(|axis| into.extend_from_slice(axis));
+        let parts = self.count.div_ceil(SAVED);
+        for row in self.poses.chunks_exact(self.groups).rev() {
+            for part in 0..parts {
+                let (group, lanes) = saved_part(part);
+                row[group].bend.iter().for_each(|axis| into.extend_from_slice(&axis[lanes.clone()]));
+            }
         }
-        for root in &self.roots {
-            into.extend_from_slice(&root.damping);
-            root.moved.iter().for_each(|axis| into.extend_from_slice(axis));
-            into.extend_from_slice(&root.broken);
+        for part in 0..parts {
+            let (group, lanes) = saved_part(part);
+            let root = &self.roots[group];
+            into.extend_from_slice(&root.damping[lanes.clone()]);
+            root.moved.iter().for_each(|axis| into.extend_from_slice(&axis[lanes.clone()]));
+            into.extend_from_slice(&root.broken[lanes]);
         }
     }
 
@@ -435,41 +465,46 @@ impl Chunk {
         if from.len() != self.state_len() || !from.iter().all(|value| value.is_finite()) {
             return false;
         }
-        let mut eights = from.chunks_exact(LANES).filter_map(|chunk| Eight::try_from(chunk).ok());
-        let mut next = || eights.next().unwrap_or_default();
-        for pose in &mut self.poses {
-            pose.bend = [next(), next()];
+        let mut parts = from.chunks_exact(SAVED);
+        let mut take = |into: &mut [f32]| {
+            if let Some(part) = parts.next() {
+                into.copy_from_slice(part);
+            }
+        };
+        let count = self.count.div_ceil(SAVED);
+        for row in self.poses.chunks_exact_mut(self.groups).rev() {
+            for part in 0..count {
+                let (group, lanes) = saved_part(part);
+                row[group].bend.iter_mut().for_each(|axis| take(&mut axis[lanes.clone()]));
+            }
         }
-        for root in &mut self.roots {
-            root.damping = next();
-            root.moved = [next(), next(), next()];
-            root.broken = next();
+        for part in 0..count {
+            let (group, lanes) = saved_part(part);
+            let root = &mut self.roots[group];
+            take(&mut root.damping[lanes.clone()]);
+            root.moved.iter_mut().for_each(|axis| take(&mut axis[lanes.clone()]));
+            take(&mut root.broken[lanes]);
         }
         true
     }
 }
 
-impl Group {
-    /// Carries the root frame's x to the first segment's direction by the smallest turn.
-    fn set_normal(&mut self, direction: &[Eight; 3]) {
-        let [fx, _, fz] = &self.frame;
-        for at in 0..LANES {
-            let [x, z, d] = [fx, fz, direction].map(|axis| Vec3::new(axis[0][at], axis[1][at], axis[2][at]));
-            let across = x - (z + d) * (x.dot(d) / (1.0 + z.dot(d)).max(1e-3));
-            let across = across - d * across.dot(d);
-            // std's root: one instruction, and exact on every machine.
-            let normal = across * (1.0 / across.length_squared().sqrt().max(1e-6));
-            for (axis, value) in self.normal.iter_mut().zip(normal.to_array()) {
-                axis[at] = value;
-            }
-        }
-    }
+/// A state is written by eights of fibres, whatever the width of a vector: it does not change with the kernel.
+const SAVED: usize = 8;
 
+/// Group and lanes of one of a state's eights.
+fn saved_part(part: usize) -> (usize, core::ops::Range<usize>) {
+    let first = part * SAVED % LANES;
+    (part * SAVED / LANES, first..first + SAVED)
+}
+
+impl Group {
     /// Before any fibre is in it.
     fn idle() -> Self {
         Self {
             root: [[0.0; LANES]; 3],
             root_radius: [0.0; LANES],
+            tip: [[0.0; LANES]; 3],
             frame: [[[0.0; LANES]; 3]; 3],
             offset: [[0.0; LANES]; 3],
             gain: [0.0; LANES],
@@ -479,8 +514,6 @@ impl Group {
             break2: [f32::MAX; LANES],
             broken: [0.0; LANES],
             normal: [[1.0; LANES], [0.0; LANES], [0.0; LANES]],
-            place: [[0.0; LANES]; 3],
-            place_frame: [[[0.0; LANES]; 3]; 3],
         }
     }
 }

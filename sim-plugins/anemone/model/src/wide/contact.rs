@@ -1,8 +1,10 @@
 //! Rocks and ground push nodes out (the penalty that §6 of the paper asks for): a node and its radius form one end of a
 //! capsule, and each length of overlap costs a force.
 
-use fearless_simd::{Simd, f32x8, prelude::*};
-use reef_flow::simd::{mul_add, neg_mul_add, splat, splat3};
+use fearless_simd::{Simd, f32x16, prelude::*};
+use reef_flow::simd::{mul_add, neg_mul_add, splat16 as splat};
+
+use super::kernel::splat3;
 
 /// A capsule that nothing should enter, relative to the chunk's anchor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,14 +42,14 @@ impl Contacts {
     }
 }
 
-/// Sum over all contacts of (overlap) · (outward normal) [m] of eight nodes of radius `radius`.
+/// Sum over all contacts of (overlap) · (outward normal) [m] of sixteen nodes of radius `radius`.
 #[inline(always)]
 pub(crate) fn overlap<S: Simd>(
     simd: S,
     contacts: &Contacts,
-    [x, y, z]: [f32x8<S>; 3],
-    radius: f32x8<S>,
-) -> [f32x8<S>; 3] {
+    [x, y, z]: [f32x16<S>; 3],
+    radius: f32x16<S>,
+) -> [f32x16<S>; 3] {
     let zero = splat(simd, 0.0);
     let mut push = [zero; 3];
     if let Some(plane) = &contacts.ground {

@@ -1,15 +1,15 @@
 //! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`).
 
-use fearless_simd::{Select, Simd, f32x8, prelude::*};
+use fearless_simd::{Select, Simd, f32x16, prelude::*};
 use reef_flow::{
     Packed,
-    simd::{clamp, mul_add, neg_mul_add, splat, splat3},
-    velocity8,
+    simd::{clamp, mul_add, neg_mul_add, prefetch, splat16 as splat},
+    velocity16,
 };
 
 use super::{
-    Eight,
-    chunk::{Chunk, Drag, GROUPS, Group, Pose, Segment},
+    Sixteen,
+    chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
     pose,
 };
@@ -63,49 +63,56 @@ impl Default for StepConstants {
 const GREATEST_SPEED: f32 = 1e9;
 const GREATEST_FORCE: f32 = 1e15;
 
-/// A vector of each of eight fibres.
-pub(crate) type Vector<S> = [f32x8<S>; 3];
+/// A vector of each of sixteen fibres.
+pub(crate) type Vector<S> = [f32x16<S>; 3];
 
 #[inline(always)]
-pub(crate) fn load<S: Simd>(simd: S, eight: &Eight) -> f32x8<S> {
-    f32x8::simd_from(simd, *eight)
+pub(crate) fn load<S: Simd>(simd: S, sixteen: &Sixteen) -> f32x16<S> {
+    f32x16::simd_from(simd, *sixteen)
 }
 
 #[inline(always)]
-pub(crate) fn load3<S: Simd>(simd: S, [x, y, z]: &[Eight; 3]) -> Vector<S> {
+pub(crate) fn load3<S: Simd>(simd: S, [x, y, z]: &[Sixteen; 3]) -> Vector<S> {
     [load(simd, x), load(simd, y), load(simd, z)]
 }
 
 #[inline(always)]
-pub(crate) fn store<S: Simd>(to: &mut Eight, from: f32x8<S>) {
+pub(crate) fn store<S: Simd>(to: &mut Sixteen, from: f32x16<S>) {
     from.store_slice(to);
 }
 
 #[inline(always)]
-pub(crate) fn store3<S: Simd>(to: &mut [Eight; 3], from: Vector<S>) {
+pub(crate) fn store3<S: Simd>(to: &mut [Sixteen; 3], from: Vector<S>) {
     store(&mut to[0], from[0]);
     store(&mut to[1], from[1]);
     store(&mut to[2], from[2]);
 }
 
 #[inline(always)]
-pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x8<S> {
+pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x16<S> {
     mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
+}
+
+/// Sixteen equal vectors. Written out, like everything here: a closure, as `map` takes it, does not always inherit the vector
+/// instructions of where it stands.
+#[inline(always)]
+pub(crate) fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> Vector<S> {
+    [splat(simd, x), splat(simd, y), splat(simd, z)]
 }
 
 /// a + b · s
 #[inline(always)]
-pub(crate) fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
+pub(crate) fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> Vector<S> {
     [mul_add(b[0], s, a[0]), mul_add(b[1], s, a[1]), mul_add(b[2], s, a[2])]
 }
 
 /// a − b · s
 #[inline(always)]
-pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
+pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> Vector<S> {
     [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
 }
 
-/// See [`super::step`].
+/// See [`super::step`]. `next`: what will be written after it.
 #[inline(always)]
 pub(crate) fn step<S: Simd>(
     simd: S,
@@ -113,10 +120,11 @@ pub(crate) fn step<S: Simd>(
     packed: &Packed,
     contacts: &Contacts,
     constants: &StepConstants,
+    next: &[[f32; 4]],
 ) {
     loads(simd, chunk, packed, contacts, constants);
     if !constants.rigid {
-        pose::bend(simd, chunk);
+        pose::bend(simd, chunk, next);
     }
 }
 
@@ -156,31 +164,44 @@ fn loads<S: Simd>(
     let touching = !contacts.is_empty();
     let loaded = chunk.load != [0.0; 3];
     let load_force = splat3(simd, chunk.load);
-    let groups = chunk.groups;
+    let (groups, kinds) = (chunk.groups.min(GROUPS), chunk.kinds);
+    prefetch(&chunk.roots);
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
+    // N_i of each group.
+    let mut nodes = handed;
+    for (node, root) in nodes.iter_mut().zip(&chunk.roots) {
+        *node = load3(simd, &root.tip);
+    }
     for s in (0..chunk.segments).rev() {
-        let (lower, upper) = chunk.poses.split_at_mut(s * groups);
-        let below = if s > 0 { Some(&lower[(s - 1) * groups..]) } else { None };
-        let row = &chunk.constants[s * groups..(s + 1) * groups];
+        // From the tip down the rows follow one another: this one, then the one below.
+        let (above, below) = chunk.poses.split_at_mut((chunk.segments - s) * groups);
+        let own = &mut above[(chunk.segments - 1 - s) * groups..];
+        prefetch(below.get(groups..2 * groups).unwrap_or_default());
+        let row = &chunk.constants[s * kinds..(s + 1) * kinds];
         for g in 0..groups {
-            let (pose, segment, root, handed) = (&mut upper[g], &row[g], &chunk.roots[g], &mut handed[g]);
+            let (pose, segment) = (&mut own[g], &row[g.min(kinds - 1)]);
+            let (root, node, handed) = (&chunk.roots[g], &mut nodes[g], &mut handed[g]);
             let mut force = *handed;
             if !still {
-                force = flow_force(simd, pose, segment, root, packed, law, constants.current, force);
+                force = flow_force(simd, *node, segment, root, packed, law, constants.current, force);
             }
             if loaded {
                 force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
             }
             if touching {
-                force = contact_force(simd, pose, segment, root, contacts, constants.contact, force);
+                force = contact_force(simd, *node, segment, root, contacts, constants.contact, force);
             }
-            store3(&mut pose.force, force);
-            let below = match &below {
-                Some(row) => load3(simd, &row[g].direction),
+            let below = match below.get(g) {
+                Some(pose) => load3(simd, &pose.direction),
                 None => load3(simd, &root.frame[2]),
             };
-            *handed = hand_down(simd, pose, segment, force, below);
+            let direction = load3(simd, &pose.direction);
+            *handed = hand_down(simd, direction, segment, force, below);
+            *node = sub_scaled(*node, direction, load(simd, &segment.length));
+            if !constants.rigid {
+                store3(&mut pose.direction, force);
+            }
         }
     }
     if chunk.breakable {
@@ -192,11 +213,11 @@ fn loads<S: Simd>(
     }
 }
 
-/// `force` and what the flow exerts on eight nodes, eq. (6) or (9).
+/// `force` and what the flow exerts on sixteen nodes, eq. (6) or (9).
 #[inline(always)]
 fn flow_force<S: Simd>(
     simd: S,
-    pose: &Pose,
+    node: Vector<S>,
     segment: &Segment,
     root: &Group,
     packed: &Packed,
@@ -204,9 +225,8 @@ fn flow_force<S: Simd>(
     current: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let node = load3(simd, &pose.node);
     let offset = load3(simd, &root.offset);
-    let v = velocity8(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
+    let v = velocity16(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
     let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
     let current = splat(simd, current);
     let v = [
@@ -236,36 +256,34 @@ fn flow_force<S: Simd>(
     }
 }
 
-/// `force` and what contacts exert on eight nodes.
+/// `force` and what contacts exert on sixteen nodes.
 #[inline(always)]
 fn contact_force<S: Simd>(
     simd: S,
-    pose: &Pose,
+    node: Vector<S>,
     segment: &Segment,
     root: &Group,
     contacts: &Contacts,
     contact: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let node = load3(simd, &pose.node);
     let offset = load3(simd, &root.offset);
     let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
     let push = overlap(simd, contacts, place, load(simd, &segment.radius));
-    let stiffness = splat(simd, contact) / (load(simd, &segment.softness) * load(simd, &segment.length));
+    let stiffness = splat(simd, contact) * load(simd, &segment.spring) / load(simd, &segment.length);
     add_scaled(force, push, stiffness)
 }
 
-/// F_L(N_i) + F_M(N_{i−1}), eq. (12): what eight nodes hand to the ones below. With M = L d × F_T and b the direction of
+/// F_L(N_i) + F_M(N_{i−1}), eq. (12): what sixteen nodes hand to the ones below. With M = L d × F_T and b the direction of
 /// the segment below, −b × M is L (F_T (b·d) − d (b·F_T)): in a straight chain F_T's own direction.
 #[inline(always)]
 fn hand_down<S: Simd>(
     simd: S,
-    pose: &Pose,
+    d: Vector<S>,
     segment: &Segment,
     force: Vector<S>,
     below: Vector<S>,
 ) -> Vector<S> {
-    let d = load3(simd, &pose.direction);
     let along = dot(force, d);
     let across = sub_scaled(force, d, along);
     let straight = dot(below, d);

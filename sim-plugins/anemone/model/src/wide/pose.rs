@@ -1,10 +1,10 @@
 //! Bends and the poses that follow from them, root to tip.
 
-use fearless_simd::{Select, Simd, f32x8, prelude::*};
-use reef_flow::simd::{clamp, mul_add, splat};
+use fearless_simd::{Select, Simd, f32x16, prelude::*};
+use reef_flow::simd::{mul_add, prefetch, splat16 as splat};
 
 use super::{
-    LANES,
+    LANES, Sixteen,
     chunk::{Blend, Chunk, GROUPS, Group, Pose},
     kernel::{Vector, add_scaled, dot, load, load3, store, store3, sub_scaled},
 };
@@ -13,6 +13,10 @@ use crate::reference::Damper;
 /// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8 off.
 const SINC: [f32; 5] = [-1.666_666_7e-1, 8.333_333e-3, -1.984_108_7e-4, 2.753_646e-6, -2.408_009_4e-8];
 const COSINE: [f32; 4] = [4.166_666_8e-2, -1.388_881_2e-3, 2.478_607_9e-5, -2.654_596_8e-7];
+/// (tan(½√y) / √y − ½) / y for y up to (π/2)²: 6e-8 off in the tangent; the shorter one 2e-4.
+const HALF_TANGENT: [f32; 6] =
+    [4.166_665_7e-2, 4.166_993_8e-3, 4.201_080_3e-4, 4.524_385_8e-5, 2.486_292_7e-6, 1.007_653_3e-6];
+const HALF_TANGENT_ROUGH: [f32; 3] = [4.169_706_3e-2, 3.948_006_8e-3, 6.391_193_6e-4];
 /// (atan √y / √y − 1) / y for y up to 1: 2e-8 off.
 const ARCTAN: [f32; 9] = [
     -3.333_333e-1,
@@ -26,12 +30,14 @@ const ARCTAN: [f32; 9] = [
     -2.386_997_2e-3,
 ];
 
-/// Load over stiffness F/(k L) that the kernel goes on with: beyond it a joint lies within 1e-7 rad of the force.
-const GREATEST_LOAD: f32 = 1e7;
+/// The least force across a joint [N] that counts: far below any sea's, and its square is no denormal number.
+const LEAST_FORCE: f32 = 1e-18;
+/// The greatest bend squared that a step leaves behind: (π/2)².
+const GREATEST_BEND2: f32 = 2.467_401;
 
 /// A polynomial by Horner's rule.
 #[inline(always)]
-fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f32; N], y: f32x8<S>) -> f32x8<S> {
+fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f32; N], y: f32x16<S>) -> f32x16<S> {
     let mut sum = splat(simd, coefficients[N - 1]);
     let mut at = N - 1;
     while at > 0 {
@@ -41,7 +47,7 @@ fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f32; N], y: f32x
     sum
 }
 
-/// The frames of eight fibres at one segment, and the node at its end.
+/// The frames of sixteen fibres at one segment, and the node at its end.
 #[derive(Clone, Copy)]
 struct Walker<S: Simd> {
     x: Vector<S>,
@@ -61,9 +67,10 @@ impl<S: Simd> Walker<S> {
         }
     }
 
-    /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes.
+    /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes. `tangent`: that
+    /// vector's part across z over 1 + its part along z, which is the tangent of half the turn.
     #[inline(always)]
-    fn turn(&mut self, simd: S, local: Vector<S>) {
+    fn turn(&mut self, simd: S, local: Vector<S>, tangent: [f32x16<S>; 2]) {
         let d = [
             mul_add(self.z[0], local[2], mul_add(self.y[0], local[1], self.x[0] * local[0])),
             mul_add(self.z[1], local[2], mul_add(self.y[1], local[1], self.x[1] * local[0])),
@@ -73,56 +80,70 @@ impl<S: Simd> Walker<S> {
         let scale = mul_add(dot(d, d), splat(simd, -0.5), splat(simd, 1.5));
         let d = [d[0] * scale, d[1] * scale, d[2] * scale];
         let half = [self.z[0] + d[0], self.z[1] + d[1], self.z[2] + d[2]];
-        let w = splat(simd, 1.0) / (splat(simd, 1.0) + local[2]);
-        self.x = sub_scaled(self.x, half, local[0] * w);
-        self.y = sub_scaled(self.y, half, local[1] * w);
+        self.x = sub_scaled(self.x, half, tangent[0]);
+        self.y = sub_scaled(self.y, half, tangent[1]);
         self.z = d;
+    }
+
+    /// Turns to where the rest pose goes on.
+    #[inline(always)]
+    fn rest(&mut self, simd: S, rest: &[Sixteen; 3]) {
+        let local = load3(simd, rest);
+        let w = splat(simd, 1.0) / (splat(simd, 1.0) + local[2]);
+        self.turn(simd, local, [local[0] * w, local[1] * w]);
     }
 
     /// Turns by a bend and goes to the end of the segment.
     #[inline(always)]
-    fn advance(&mut self, simd: S, bend: [f32x8<S>; 2], length: f32x8<S>) {
+    fn advance(&mut self, simd: S, bend: [f32x16<S>; 2], length: f32x16<S>) {
         let angle2 = mul_add(bend[1], bend[1], bend[0] * bend[0]);
         let one = splat(simd, 1.0);
         let sinc = mul_add(polynomial(simd, &SINC, angle2), angle2, one);
         let cosine = polynomial(simd, &COSINE, angle2) * angle2;
         let cosine = mul_add(cosine, angle2, mul_add(angle2, splat(simd, -0.5), one));
-        self.turn(simd, [bend[0] * sinc, bend[1] * sinc, cosine]);
+        let tangent = mul_add(polynomial(simd, &HALF_TANGENT, angle2), angle2, splat(simd, 0.5));
+        self.turn(simd, [bend[0] * sinc, bend[1] * sinc, cosine], [bend[0] * tangent, bend[1] * tangent]);
         self.node = add_scaled(self.node, self.z, length);
     }
 
     #[inline(always)]
     fn leave(&self, pose: &mut Pose) {
-        store3(&mut pose.node, self.node);
         store3(&mut pose.direction, self.z);
     }
 }
 
 /// Bends every joint toward the angle at which its spring holds the force that `loads` left, and places the nodes.
 ///
+/// `next` is memory that will be written afterwards, and is asked for meanwhile.
+///
 /// Segment by segment, each in three short loops over the groups: what one group computes is a long chain of roots and
 /// quotients, and only side by side do the groups fill the time that each link takes.
 #[inline(always)]
-pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
-    let groups = chunk.groups.min(GROUPS);
+pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, next: &[[f32; 4]]) {
+    let (groups, kinds) = (chunk.groups.min(GROUPS), chunk.kinds);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
     let mut walkers = [Walker::start(simd, first); GROUPS];
     for (walker, root) in walkers.iter_mut().zip(&chunk.roots) {
         *walker = Walker::start(simd, root);
     }
     let mut joints = [Joint::idle(simd); GROUPS];
+    let mut next = next.chunks(next.len().div_ceil(chunk.segments).max(1));
     for s in 0..chunk.segments {
-        let poses = &mut chunk.poses[s * groups..(s + 1) * groups];
-        let constants = &chunk.constants[s * groups..(s + 1) * groups];
+        let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
+        let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
+        prefetch(next.next().unwrap_or_default());
+        let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
         for g in 0..groups {
-            let (pose, segment, walker) = (&poses[g], &constants[g], &mut walkers[g]);
-            if chunk.curved {
-                walker.turn(simd, load3(simd, &segment.rest));
+            let kind = g.min(kinds - 1);
+            let (pose, segment, walker) = (&poses[g], &constants[kind], &mut walkers[g]);
+            if let Some(rest) = rests.and_then(|rests| rests.get(kind)) {
+                walker.rest(simd, rest);
             }
-            let force = load3(simd, &pose.force);
+            // F(N_i): the loads left it in the direction's place.
+            let force = load3(simd, &pose.direction);
             let local = [dot(walker.x, force), dot(walker.y, force), dot(walker.z, force)];
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
-            joints[g] = Joint::new(simd, local, load(simd, &segment.softness), old);
+            joints[g] = Joint::new(simd, local, load(simd, &segment.spring), old);
         }
         for _ in 0..NEWTON_STEPS {
             for joint in &mut joints[..groups] {
@@ -130,7 +151,7 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
             }
         }
         for g in 0..groups {
-            let (pose, segment) = (&mut poses[g], &constants[g]);
+            let (pose, segment) = (&mut poses[g], &constants[g.min(kinds - 1)]);
             let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
             let target = joints[g].bend(simd);
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
@@ -140,7 +161,8 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
             store(&mut pose.bend[1], bend[1]);
             walker.advance(simd, bend, load(simd, &segment.length));
             if s == last {
-                watch(simd, root, load3(simd, &pose.node), walker.node);
+                watch(simd, root, load3(simd, &root.tip), walker.node);
+                store3(&mut root.tip, walker.node);
             }
             walker.leave(pose);
         }
@@ -150,72 +172,71 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk) {
 /// Newton's steps toward the equilibrium of a joint.
 const NEWTON_STEPS: usize = 3;
 
-/// The equilibrium of eight joints under forces that are given in the axes of their rest frames: eq. (10) solved for
-/// t = tan α, see [`crate::reference::equilibrium_tangent`]. Newton's iteration begins at the present bend, so a pose
-/// that has settled solves it to rounding.
+/// The equilibrium of sixteen joints under forces that are given in the axes of their rest frames: eq. (10) solved for
+/// u = tan(α/2). With P the force across the rest direction, Q that along it and κ = k L, [`crate::reference`]'s equation
+/// κ t √(1 + t²) + Q t = P becomes, for t = 2u / (1 − u²),
+///
+/// G(u) = 2u (κ (1 + u²) + Q (1 − u²)) − P (1 − u²)² = 0:
+///
+/// a polynomial, without a root to take, and defined for any load and any stiffness. Newton's iteration begins at the present
+/// bend, so a pose that has settled solves it to rounding.
 #[derive(Clone, Copy)]
 struct Joint<S: Simd> {
-    /// Load across the rest direction, and its length; load along it: force over k L.
-    across: [f32x8<S>; 2],
-    p: f32x8<S>,
-    q: f32x8<S>,
-    /// No root lies above.
-    bound: f32x8<S>,
-    t: f32x8<S>,
+    /// Force across the rest direction [N], and its length P.
+    across: [f32x16<S>; 2],
+    p: f32x16<S>,
+    /// κ + Q and κ − Q.
+    sum: f32x16<S>,
+    difference: f32x16<S>,
+    u: f32x16<S>,
 }
 
 impl<S: Simd> Joint<S> {
     #[inline(always)]
     fn idle(simd: S) -> Self {
         let zero = splat(simd, 0.0);
-        Self { across: [zero; 2], p: zero, q: zero, bound: zero, t: zero }
+        Self { across: [zero; 2], p: zero, sum: zero, difference: zero, u: zero }
     }
 
     /// Begins at the bend `old`.
     #[inline(always)]
-    fn new(simd: S, local: Vector<S>, softness: f32x8<S>, old: [f32x8<S>; 2]) -> Self {
-        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let greatest = local[0].abs().max(local[1].abs()).max(local[2].abs()).max(splat(simd, 1e-30));
-        let softness = softness.min(splat(simd, GREATEST_LOAD) / greatest);
-        let across = [local[0] * softness, local[1] * softness];
-        let q = local[2] * softness;
+    fn new(simd: S, local: Vector<S>, spring: f32x16<S>, old: [f32x16<S>; 2]) -> Self {
+        let across = [local[0], local[1]];
         let p = mul_add(across[1], across[1], across[0] * across[0]).sqrt();
-        // tan of the present bend, to 0.2 %.
-        let angle2 = mul_add(old[1], old[1], old[0] * old[0]);
-        let above = mul_add(angle2, splat(simd, -0.0756), one) * angle2.sqrt();
-        let below = mul_add(angle2, splat(simd, -0.405_284_73), one).max(splat(simd, 1e-4));
-        let bound = (-q).max(zero) + p + one;
-        Self { across, p, q, bound, t: (above / below).min(bound) }
+        let angle2 = mul_add(old[1], old[1], old[0] * old[0]).min(splat(simd, GREATEST_BEND2));
+        let tangent = mul_add(polynomial(simd, &HALF_TANGENT_ROUGH, angle2), angle2, splat(simd, 0.5));
+        Self { across, p, sum: spring + local[2], difference: spring - local[2], u: angle2.sqrt() * tangent }
     }
 
-    /// One step of Newton's; from where the left side of the equation does not rise, to the bound.
+    /// One step of Newton's, always uphill where the left side is too small and downhill where it is too great. It never
+    /// passes half of the way to u = 1: from there alone, where a great Q makes the left side fall, it could go round in circles.
     #[inline(always)]
     fn approach(&mut self, simd: S) {
-        let one = splat(simd, 1.0);
-        let (t, q) = (self.t, self.q);
-        let t2 = t * t;
-        let s2 = t2 + one;
-        let s = s2.sqrt();
-        let value = mul_add(mul_add(q, t, -self.p), s, t * s2);
-        let slope = mul_add(q, s, t2 + s2);
-        let rising = slope.simd_gt(splat(simd, 0.0));
-        let next = clamp(t - value / rising.select(slope, one), splat(simd, 0.0), self.bound);
-        self.t = rising.select(next, self.bound);
+        let u = self.u;
+        let half = splat(simd, 0.5);
+        let u2 = u * u;
+        let w = splat(simd, 1.0) - u2;
+        let pw = self.p * w;
+        let bent = self.difference * u2;
+        let held = self.sum + bent;
+        // G/2, and G′/2.
+        let value = mul_add(u, held, pw * w * -half);
+        let slope = mul_add(mul_add(u, pw, bent), splat(simd, 2.0), held);
+        let next = u - value / slope.abs().max(splat(simd, 1e-30));
+        self.u = next.max(splat(simd, 0.0)).min(mul_add(u, half, half));
     }
 
-    /// The bend: α = 2 atan(tan(α/2)) toward the load.
+    /// The bend: α = 2 atan u toward the load.
     #[inline(always)]
-    fn bend(&self, simd: S) -> [f32x8<S>; 2] {
-        let one = splat(simd, 1.0);
-        let half = self.t / (one + mul_add(self.t, self.t, one).sqrt());
-        let half2 = half * half;
-        let angle = mul_add(polynomial(simd, &ARCTAN, half2) * half2, half, half);
-        let scale = (angle + angle) / self.p.max(splat(simd, 1e-30));
+    fn bend(&self, simd: S) -> [f32x16<S>; 2] {
+        let u2 = self.u * self.u;
+        let angle = mul_add(polynomial(simd, &ARCTAN, u2) * u2, self.u, self.u);
+        let scale = (angle + angle) / self.p.max(splat(simd, LEAST_FORCE));
         [self.across[0] * scale, self.across[1] * scale]
     }
 }
 
-/// [`Damper::watch`] for eight fibres.
+/// [`Damper::watch`] for sixteen fibres.
 #[inline(always)]
 fn watch<S: Simd>(simd: S, root: &mut Group, before: Vector<S>, after: Vector<S>) {
     let moved = [after[0] - before[0], after[1] - before[1], after[2] - before[2]];
@@ -233,27 +254,27 @@ fn watch<S: Simd>(simd: S, root: &mut Group, before: Vector<S>, after: Vector<S>
 /// See [`super::rebuild`].
 #[inline(always)]
 pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
-    let groups = chunk.groups;
-    for (g, root) in chunk.roots.iter().enumerate() {
-        let mut walker = Walker::start(simd, root);
+    for g in 0..chunk.groups {
+        let mut walker = Walker::start(simd, &chunk.roots[g]);
         for s in 0..chunk.segments {
-            let at = s * groups + g;
-            let (Some(pose), Some(segment)) = (chunk.poses.get_mut(at), chunk.constants.get(at)) else {
+            let kind = chunk.constants_of(s, g);
+            let at = chunk.pose_of(s, g);
+            let (Some(pose), Some(segment)) = (chunk.poses.get_mut(at), chunk.constants.get(kind)) else {
                 continue;
             };
-            if chunk.curved {
-                walker.turn(simd, load3(simd, &segment.rest));
+            if let Some(rest) = chunk.rests.get(kind) {
+                walker.rest(simd, rest);
             }
             let bend = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             walker.advance(simd, bend, load(simd, &segment.length));
             walker.leave(pose);
         }
+        store3(&mut chunk.roots[g].tip, walker.node);
     }
 }
 
 /// Gives each fibre the weighted bends of its guides.
 pub(crate) fn blend<'a>(chunk: &mut Chunk, blends: &[Blend], guides: impl Fn(u32) -> Option<&'a Chunk>) {
-    let groups = chunk.groups;
     for (fibre, blend) in blends.iter().enumerate().take(chunk.count) {
         let (group, at) = (fibre / LANES, fibre % LANES);
         for s in 0..chunk.segments {
@@ -261,12 +282,13 @@ pub(crate) fn blend<'a>(chunk: &mut Chunk, blends: &[Blend], guides: impl Fn(u32
             for ((guide_chunk, guide), weight) in blend.guides.iter().zip(blend.weights) {
                 let Some(from) = guides(*guide_chunk) else { continue };
                 let (from_group, from_at) = (*guide as usize / LANES, *guide as usize % LANES);
-                if let Some(pose) = from.poses.get(s * from.groups + from_group) {
+                if let Some(pose) = from.poses.get(from.pose_of(s, from_group)) {
                     bend[0] += weight * pose.bend[0][from_at];
                     bend[1] += weight * pose.bend[1][from_at];
                 }
             }
-            if let Some(pose) = chunk.poses.get_mut(s * groups + group) {
+            let own = chunk.pose_of(s, group);
+            if let Some(pose) = chunk.poses.get_mut(own) {
                 pose.bend[0][at] = bend[0];
                 pose.bend[1][at] = bend[1];
             }

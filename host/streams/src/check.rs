@@ -1,11 +1,16 @@
 //! Looks at everything that a step emitted before the host uses any of it. A message names stream, index and field.
 
-use std::fmt::Display;
+use std::{
+    fmt::Display,
+    ops::Range,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use reef_abi as abi;
+use reef_flow::simd::blocks;
 
-use super::{
-    streams::Outputs,
+use crate::{
+    Outputs,
     textures::{self, TextureList},
 };
 
@@ -19,10 +24,37 @@ const UNIT_TOLERANCE: f32 = 1e-3;
 /// All flags that a sprite may have.
 const BILLBOARD_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::BILLBOARD_FACING;
 
+/// Elements that one job looks at.
+const NODES: usize = 8192;
+const ELEMENTS: usize = 2048;
+
+/// Who shares the work: calls the job once for each number below the count, and returns when all are done.
+pub type Share<'a> = &'a dyn Fn(usize, &(dyn Fn(usize) + Sync));
+
+/// Nobody shares it: one job after the other.
+pub fn alone(count: usize, job: &(dyn Fn(usize) + Sync)) {
+    (0..count).for_each(job);
+}
+
 /// Reusable memory of the checks.
 #[derive(Debug, Default)]
-pub(crate) struct Checker {
+pub struct Checker {
     ids: Vec<u64>,
+}
+
+/// Whether what all jobs of a check looked at is sound, and in the order that proves ids to be unique.
+struct Verdict {
+    sound: AtomicBool,
+    object_ids_grow: AtomicBool,
+    actor_ids_grow: AtomicBool,
+}
+
+impl Verdict {
+    fn note(flag: &AtomicBool, holds: bool) {
+        if !holds {
+            flag.store(false, Ordering::Relaxed);
+        }
+    }
 }
 
 /// What is wrong with one element.
@@ -33,6 +65,7 @@ struct Fault {
 
 type Checked = Result<(), Fault>;
 
+#[cold]
 fn fault(field: &'static str, problem: impl Into<String>) -> Checked {
     Err(Fault { field, problem: problem.into() })
 }
@@ -44,6 +77,7 @@ fn finite<const N: usize, T: Copy + Display + Into<f64>>(field: &'static str, va
     }
 }
 
+#[inline(always)]
 fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
     if (low..=high).contains(&value) {
         return Ok(());
@@ -51,6 +85,7 @@ fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
     fault(field, format!("is {value}, allowed is {low} to {high}"))
 }
 
+#[inline(always)]
 fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value >= low {
         return Ok(());
@@ -58,6 +93,7 @@ fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
     fault(field, format!("is {value}, allowed is {low} and more"))
 }
 
+#[inline(always)]
 fn above(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value > low {
         return Ok(());
@@ -65,6 +101,7 @@ fn above(field: &'static str, value: f32, low: f32) -> Checked {
     fault(field, format!("is {value}, allowed is above {low}"))
 }
 
+#[inline(always)]
 fn world(field: &'static str, position: [f64; 3]) -> Checked {
     match position.into_iter().find(|v| !v.is_finite() || v.abs() > FARTHEST) {
         Some(value) => fault(field, format!("is {value}, allowed is within {FARTHEST} m")),
@@ -72,6 +109,7 @@ fn world(field: &'static str, position: [f64; 3]) -> Checked {
     }
 }
 
+#[inline(always)]
 fn unit(field: &'static str, v: [f32; 3]) -> Checked {
     let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if (squared - 1.0).abs() <= UNIT_TOLERANCE {
@@ -80,6 +118,7 @@ fn unit(field: &'static str, v: [f32; 3]) -> Checked {
     fault(field, format!("is ({}, {}, {}), which is no unit vector", v[0], v[1], v[2]))
 }
 
+#[inline(always)]
 fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
     if (value as usize) < count {
         return Ok(());
@@ -87,6 +126,7 @@ fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
     fault(field, format!("is {value}, there are {count} {of}"))
 }
 
+#[inline(always)]
 fn flags(value: u32, known: u32) -> Checked {
     match value & !known {
         0 => Ok(()),
@@ -106,32 +146,50 @@ fn each<T>(stream: &str, elements: &[T], check: impl Fn(&T) -> Checked) -> Resul
 
 impl Checker {
     /// Checks all streams, each against those that it refers to.
-    pub(crate) fn check(&mut self, outputs: &Outputs) -> Result<(), String> {
+    ///
+    /// Nearly always everything is sound. So jobs first look at that alone, without a word to say; only when something is
+    /// wrong, a second pass finds the first wrong element and its message.
+    pub fn check(&mut self, outputs: &Outputs, share: Share<'_>) -> Result<(), String> {
+        let verdict = Verdict {
+            sound: AtomicBool::new(true),
+            object_ids_grow: AtomicBool::new(true),
+            actor_ids_grow: AtomicBool::new(true),
+        };
+        let pieces = [
+            outputs.objects.len().div_ceil(ELEMENTS),
+            outputs.fibres.len().div_ceil(ELEMENTS),
+            outputs.billboards.len().div_ceil(ELEMENTS),
+            outputs.fibre_nodes.len().div_ceil(NODES),
+        ];
+        // The last job looks at all that is short in most seas.
+        share(pieces.iter().sum::<usize>() + 1, &|at| look(outputs, at, pieces, &verdict));
+        if !verdict.sound.into_inner() {
+            self.find(outputs)?;
+        }
+        if !verdict.object_ids_grow.into_inner() {
+            self.unique("object", outputs.objects.iter().map(|o| o.id))?;
+        }
+        if !verdict.actor_ids_grow.into_inner() {
+            self.unique("actor", outputs.actors.iter().map(|a| a.id))?;
+        }
+        Ok(())
+    }
+
+    /// The first element that is wrong.
+    fn find(&mut self, outputs: &Outputs) -> Result<(), String> {
         let objects = outputs.objects.len();
         each("object", &outputs.objects, object)?;
         self.unique("object", outputs.objects.iter().map(|o| o.id))?;
         each("material", &outputs.materials, |m| material(m, &outputs.textures))?;
-        nodes(&outputs.fibre_nodes)?;
+        each("fibre node", &outputs.fibre_nodes, node)?;
         each("fibre", &outputs.fibres, |f| {
             fibre(f, objects, outputs.materials.len(), outputs.fibre_nodes.len())
         })?;
-        billboards(&outputs.billboards, objects, &outputs.textures)?;
+        each("billboard", &outputs.billboards, |b| billboard(b, objects, &outputs.textures))?;
         each("flow", &outputs.flows, flow)?;
         each("actor", &outputs.actors, actor)?;
-        self.unique("actor", outputs.actors.iter().map(|a| a.id))?;
-        each("debug line", &outputs.debug_lines, |line| {
-            world("from", line.from)?;
-            finite("delta", line.delta)?;
-            index("channel", line.channel, 32, "channels")
-        })?;
-        each("trace", &outputs.trace, |trace| {
-            world("position", trace.position)?;
-            at_least("radius", trace.radius, 0.0)?;
-            match trace.kind {
-                abi::TRACE_FIBRE..=abi::TRACE_JELLYFISH => Ok(()),
-                kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
-            }
-        })
+        each("debug line", &outputs.debug_lines, debug_line)?;
+        each("trace", &outputs.trace, trace)
     }
 
     fn unique(&mut self, stream: &str, ids: impl Iterator<Item = u64>) -> Result<(), String> {
@@ -145,6 +203,7 @@ impl Checker {
     }
 }
 
+#[inline(always)]
 fn object(object: &abi::Object) -> Checked {
     if object.id == 0 {
         return fault("id", "is 0");
@@ -181,29 +240,99 @@ fn material(material: &abi::Material, textures: &TextureList) -> Checked {
     within("specular", material.specular, 0.0, 1.0)
 }
 
-/// Nodes are many: one pass without branches, and a second one only to find what is wrong.
-fn nodes(nodes: &[abi::FibreNode]) -> Result<(), String> {
-    let good = |node: &abi::FibreNode| {
-        let [x, y, z] = node.position;
-        // NaN fails every comparison.
-        (x.abs() <= FARTHEST_LOCAL)
-            & (y.abs() <= FARTHEST_LOCAL)
-            & (z.abs() <= FARTHEST_LOCAL)
-            & (node.radius > 0.0)
-            & (node.radius <= FARTHEST_LOCAL)
-    };
-    if nodes.iter().fold(true, |all, node| all & good(node)) {
-        return Ok(());
+/// One job of a check: piece `at` of the objects, fibres, sprites and nodes in turn, then everything else.
+fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict) {
+    if at < pieces[0] {
+        let part = piece(outputs.objects.len(), at, ELEMENTS);
+        Verdict::note(&verdict.sound, all(&outputs.objects[part.clone()], object));
+        // With the last one of the piece before.
+        let ids = &outputs.objects[part.start.saturating_sub(1)..part.end];
+        Verdict::note(&verdict.object_ids_grow, ids.is_sorted_by(|a, b| a.id < b.id));
+        return;
     }
-    each("fibre node", nodes, |node| {
-        for value in node.position {
-            within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
-        }
-        above("radius", node.radius, 0.0)?;
-        within("radius", node.radius, 0.0, FARTHEST_LOCAL)
-    })
+    at -= pieces[0];
+    if at < pieces[1] {
+        let fibres = &outputs.fibres[piece(outputs.fibres.len(), at, ELEMENTS)];
+        let counts = (outputs.objects.len(), outputs.materials.len(), outputs.fibre_nodes.len());
+        Verdict::note(&verdict.sound, all(fibres, |f| fibre(f, counts.0, counts.1, counts.2)));
+        return;
+    }
+    at -= pieces[1];
+    if at < pieces[2] {
+        let part = &outputs.billboards[piece(outputs.billboards.len(), at, ELEMENTS)];
+        Verdict::note(&verdict.sound, billboards(part, outputs.objects.len(), &outputs.textures));
+        return;
+    }
+    at -= pieces[2];
+    if at < pieces[3] {
+        // Backwards: what was written last is still near.
+        let at = pieces[3] - 1 - at;
+        Verdict::note(
+            &verdict.sound,
+            nodes(&outputs.fibre_nodes[piece(outputs.fibre_nodes.len(), at, NODES)]),
+        );
+        return;
+    }
+    let sound = all(&outputs.materials, |m| material(m, &outputs.textures))
+        && all(&outputs.flows, flow)
+        && all(&outputs.actors, actor)
+        && all(&outputs.debug_lines, debug_line)
+        && all(&outputs.trace, trace);
+    Verdict::note(&verdict.sound, sound);
+    Verdict::note(&verdict.actor_ids_grow, outputs.actors.is_sorted_by(|a, b| a.id < b.id));
 }
 
+/// Piece `at` of `length` elements.
+fn piece(length: usize, at: usize, size: usize) -> Range<usize> {
+    at * size..((at + 1) * size).min(length)
+}
+
+fn all<T>(elements: &[T], check: impl Fn(&T) -> Checked) -> bool {
+    blocks(elements).all(|block| block.iter().all(|element| check(element).is_ok()))
+}
+
+/// Whether all nodes are sound. Nodes are many: four numbers at a time, and no branches.
+fn nodes(nodes: &[abi::FibreNode]) -> bool {
+    /// Below the least allowed position and radius; above comes [`FARTHEST_LOCAL`] for all four.
+    const BELOW: [f32; 4] = {
+        let position = (-FARTHEST_LOCAL).next_down();
+        [position, position, position, 0.0]
+    };
+    let mut good = [u32::MAX; 4];
+    for node in blocks(nodes).flatten() {
+        let [x, y, z] = node.position;
+        for (good, (value, below)) in good.iter_mut().zip([x, y, z, node.radius].into_iter().zip(BELOW)) {
+            // NaN fails every comparison.
+            *good &= u32::from((value > below) & (value <= FARTHEST_LOCAL)).wrapping_neg();
+        }
+    }
+    good == [u32::MAX; 4]
+}
+
+fn node(node: &abi::FibreNode) -> Checked {
+    for value in node.position {
+        within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+    }
+    above("radius", node.radius, 0.0)?;
+    within("radius", node.radius, 0.0, FARTHEST_LOCAL)
+}
+
+fn debug_line(line: &abi::DebugLine) -> Checked {
+    world("from", line.from)?;
+    finite("delta", line.delta)?;
+    index("channel", line.channel, 32, "channels")
+}
+
+fn trace(trace: &abi::Trace) -> Checked {
+    world("position", trace.position)?;
+    at_least("radius", trace.radius, 0.0)?;
+    match trace.kind {
+        abi::TRACE_FIBRE..=abi::TRACE_JELLYFISH => Ok(()),
+        kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
+    }
+}
+
+#[inline(always)]
 fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> Checked {
     index("object", fibre.object, objects, "objects")?;
     index("material", fibre.material, materials, "materials")?;
@@ -223,8 +352,8 @@ fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> 
     unit("normal", fibre.normal)
 }
 
-/// Sprites are many, too.
-fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureList) -> Result<(), String> {
+/// Whether all sprites are sound: they are many, too.
+fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureList) -> bool {
     // Neighbours share a texture: the list is looked through only where it changes.
     let mut last = 0;
     let mut known =
@@ -247,28 +376,27 @@ fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureL
             & known(billboard.texture)
             & (billboard.flags & !BILLBOARD_FLAGS == 0)
     };
-    if billboards.iter().fold(true, |all, billboard| all & good(billboard)) {
-        return Ok(());
+    billboards.iter().fold(true, |all, billboard| all & good(billboard))
+}
+
+fn billboard(billboard: &abi::Billboard, objects: usize, textures: &TextureList) -> Checked {
+    for value in billboard.position {
+        within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
     }
-    each("billboard", billboards, |billboard| {
-        for value in billboard.position {
-            within("position", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
-        }
-        for value in billboard.velocity {
-            within("velocity", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
-        }
-        above("size", billboard.size, 0.0)?;
-        within("size", billboard.size, 0.0, FARTHEST_LOCAL)?;
-        within("opacity", billboard.opacity, 0.0, 1.0)?;
-        finite("roll", [billboard.roll])?;
-        index("object", billboard.object, objects, "objects")?;
-        texture(billboard.texture, textures)?;
-        flags(billboard.flags, BILLBOARD_FLAGS)?;
-        match billboard.flags & abi::BILLBOARD_FACING {
-            0 => unit("axis", billboard.axis),
-            _ => Ok(()),
-        }
-    })
+    for value in billboard.velocity {
+        within("velocity", value, -FARTHEST_LOCAL, FARTHEST_LOCAL)?;
+    }
+    above("size", billboard.size, 0.0)?;
+    within("size", billboard.size, 0.0, FARTHEST_LOCAL)?;
+    within("opacity", billboard.opacity, 0.0, 1.0)?;
+    finite("roll", [billboard.roll])?;
+    index("object", billboard.object, objects, "objects")?;
+    texture(billboard.texture, textures)?;
+    flags(billboard.flags, BILLBOARD_FLAGS)?;
+    match billboard.flags & abi::BILLBOARD_FACING {
+        0 => unit("axis", billboard.axis),
+        _ => Ok(()),
+    }
 }
 
 fn flow(flow: &abi::Flow) -> Checked {
@@ -345,13 +473,13 @@ mod tests {
     fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
         let mut outputs = good();
         spoil(&mut outputs);
-        Checker::default().check(&outputs).expect_err("the spoilt outputs passed")
+        Checker::default().check(&outputs, &alone).expect_err("the spoilt outputs passed")
     }
 
     #[test]
     fn good_outputs_pass() {
-        assert_eq!(Checker::default().check(&good()), Ok(()));
-        assert_eq!(Checker::default().check(&Outputs::default()), Ok(()));
+        assert_eq!(Checker::default().check(&good(), &alone), Ok(()));
+        assert_eq!(Checker::default().check(&Outputs::default(), &alone), Ok(()));
     }
 
     #[test]
@@ -365,6 +493,63 @@ mod tests {
             "stream fibre, element 0: first_node and node_count end at 4, there are 3 nodes"
         );
         assert_eq!(verdict(|o| o.objects[1].id = 1), "stream object: two elements have the id 1");
+    }
+
+    #[test]
+    fn no_element_of_a_long_stream_is_overlooked_and_no_job_is_needed_twice() {
+        let mut outputs = good();
+        outputs.objects =
+            (1..=2 * ELEMENTS as u64 + 1).map(|id| abi::Object { id, ..Default::default() }).collect();
+        outputs.fibres = vec![outputs.fibres[0]; 2 * ELEMENTS + 1];
+        outputs.fibre_nodes = vec![outputs.fibre_nodes[0]; 2 * NODES + 1];
+        let check = |outputs: &Outputs| {
+            let jobs = std::sync::atomic::AtomicUsize::new(0);
+            let verdict = Checker::default().check(outputs, &|count, job| {
+                jobs.store(count, Ordering::Relaxed);
+                // Backwards: the order is nobody's promise.
+                (0..count).rev().for_each(job);
+            });
+            (verdict, jobs.into_inner())
+        };
+        assert_eq!(check(&outputs), (Ok(()), 11));
+        for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
+            let mut spoilt = outputs.clone();
+            spoilt.objects[at].bounds_radius = f32::NAN;
+            let message = check(&spoilt).0.expect_err("an object passed");
+            assert!(message.starts_with(&format!("stream object, element {at}: bounds_radius")), "{message}");
+            let mut spoilt = outputs.clone();
+            spoilt.fibres[at].sides = 0;
+            let message = check(&spoilt).0.expect_err("a fibre passed");
+            assert!(message.starts_with(&format!("stream fibre, element {at}: sides")), "{message}");
+        }
+        for at in [0, NODES - 1, NODES, 2 * NODES] {
+            for axis in 0..3 {
+                for wrong in [f32::NAN, f32::INFINITY, -1.01 * FARTHEST_LOCAL] {
+                    let mut spoilt = outputs.clone();
+                    spoilt.fibre_nodes[at].position[axis] = wrong;
+                    let message = check(&spoilt).0.expect_err("a node passed");
+                    assert!(
+                        message.starts_with(&format!("stream fibre node, element {at}: position")),
+                        "{message}"
+                    );
+                }
+            }
+        }
+        outputs.fibre_nodes[NODES].position = [-FARTHEST_LOCAL, FARTHEST_LOCAL, 0.0];
+        assert_eq!(check(&outputs).0, Ok(()), "the bounds themselves are allowed");
+    }
+
+    #[test]
+    fn ids_may_come_in_any_order_but_not_twice() {
+        let mut outputs = good();
+        outputs.objects =
+            (1..=2 * ELEMENTS as u64).rev().map(|id| abi::Object { id, ..Default::default() }).collect();
+        assert_eq!(Checker::default().check(&outputs, &alone), Ok(()));
+        // Twice in a row, over the border between two jobs.
+        outputs.objects.reverse();
+        outputs.objects[ELEMENTS].id = outputs.objects[ELEMENTS - 1].id;
+        let message = Checker::default().check(&outputs, &alone).expect_err("an id passed twice");
+        assert_eq!(message, format!("stream object: two elements have the id {ELEMENTS}"));
     }
 
     #[test]

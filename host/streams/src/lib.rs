@@ -1,10 +1,15 @@
-//! What one instance emitted in one step, validated and owned by the host.
+//! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything uses it.
+//!
+//! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
+
+pub mod check;
+pub mod textures;
 
 use std::{collections::TryReserveError, ffi::c_void, sync::Arc};
 
 use reef_abi as abi;
 
-use super::textures::TextureList;
+use textures::TextureList;
 
 /// The committed outputs of one instance in one step. Indices in the elements (object, material, first_node …) refer to
 /// the vectors beside them and have been checked to lie inside them.
@@ -77,10 +82,10 @@ pub fn stream_name(stream: u32) -> &'static str {
 }
 
 /// What memory holds that nobody has written yet, where a plugin must not rely on it.
-pub(super) const SOIL: u8 = 0x5a;
+pub const SOIL: u8 = 0x5a;
 
 /// One stream's memory, whatever its element.
-pub(crate) trait Lane {
+pub trait Lane {
     /// Bytes of an element.
     fn element_size(&self) -> usize;
     /// Makes room for `count` elements. Elements that were there keep their content; new ones are zero.

@@ -38,16 +38,20 @@ pub type TextureList = Arc<Vec<Arc<Texture>>>;
 
 /// What a plugin wants a texture to be, out of the contract's struct.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) format: u32,
-    pub(crate) width: u32,
-    pub(crate) height: u32,
+pub struct Wanted<'a> {
+    /// For messages and debuggers.
+    pub name: &'a str,
+    /// `abi::TEXTURE_*`.
+    pub format: u32,
+    /// Texels along a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
 }
 
 impl Wanted<'_> {
     /// Bytes of its texels, or why there can be no such texture.
-    pub(crate) fn bytes(&self) -> Result<usize, String> {
+    pub fn bytes(&self) -> Result<usize, String> {
         let Self { name, format, width, height } = *self;
         if !matches!(format, abi::TEXTURE_RGBA8_SRGB | abi::TEXTURE_RGBA8) {
             return Err(format!("`{name}`: the format is {format}, allowed is 1 (sRGB) or 2 (linear)"));
@@ -64,7 +68,7 @@ impl Wanted<'_> {
 
 /// The textures that one instance has now.
 #[derive(Debug, Default)]
-pub(crate) struct Textures {
+pub struct Textures {
     list: TextureList,
     /// How often each was made and not destroyed.
     holders: Vec<u64>,
@@ -73,12 +77,12 @@ pub(crate) struct Textures {
 
 impl Textures {
     /// Those that there are.
-    pub(crate) fn list(&self) -> &TextureList {
+    pub fn list(&self) -> &TextureList {
         &self.list
     }
 
     /// Makes one of `wanted.bytes()` bytes; its id.
-    pub(crate) fn add(&mut self, wanted: Wanted<'_>, texels: &[u8]) -> Result<u32, String> {
+    pub fn add(&mut self, wanted: Wanted<'_>, texels: &[u8]) -> Result<u32, String> {
         let name = shortened(wanted.name);
         let mut hasher = blake3::Hasher::new();
         for word in [wanted.format, wanted.width, wanted.height] {
@@ -108,7 +112,7 @@ impl Textures {
     }
 
     /// Forgets one, once it was destroyed as often as made.
-    pub(crate) fn remove(&mut self, id: u32) -> Result<(), String> {
+    pub fn remove(&mut self, id: u32) -> Result<(), String> {
         let Some(at) = self.list.iter().position(|texture| texture.id == id) else {
             return Err(format!("the instance has no texture {id}"));
         };
@@ -122,7 +126,7 @@ impl Textures {
 }
 
 /// Whether elements may name this texture; 0 is the host's own.
-pub(crate) fn known(list: &[Arc<Texture>], id: u32) -> bool {
+pub fn known(list: &[Arc<Texture>], id: u32) -> bool {
     id == 0 || list.binary_search_by_key(&id, |texture| texture.id).is_ok()
 }
 
