@@ -182,6 +182,11 @@ impl<S: Simd> Lanes<S> for f32x4<S> {
         c.store_slice(&mut rows[2][..4]);
         f32x4::from_slice(self.simd, &soft_mul_add(&rows[0], &rows[1], &rows[2])[..4])
     }
+
+    #[inline(always)]
+    fn from_int(whole: Self::Int) -> Self {
+        whole.to_float()
+    }
 }
 
 impl<S: Simd> Lanes<S> for f32x8<S> {
