@@ -66,8 +66,10 @@ pub struct StepReport {
 /// Real time that a step took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepTimes {
-    /// The call, from the host's thread to the plugin's code and back.
-    pub call: Duration,
+    /// From the host's thread to the library's own and back.
+    pub way: Duration,
+    /// The call of the library's function on that thread.
+    pub code: Duration,
     /// The look at what it emitted.
     pub check: Duration,
 }
@@ -274,13 +276,15 @@ impl Instance {
         let (step_input, output) = (&step_input, &output);
         let code = move || {
             let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
-            call(step, instance.ctx, step_input, output)
+            let called = Instant::now();
+            let status = call(step, instance.ctx, step_input, output);
+            (status, called.elapsed())
         };
         // Checked where the workers are, and while much of it is near to them.
         let (flags, pool, services) = (input.flags, generation.pool(), &*self.services);
-        let checked = move |status: i32| {
+        let checked = move |(status, code): (i32, Duration)| {
             if status != abi::OK {
-                return (status, Duration::ZERO, Ok(()));
+                return (status, [code, Duration::ZERO], Ok(()));
             }
             let returned = Instant::now();
             let Shown(output) = output;
@@ -288,20 +292,21 @@ impl Instance {
             let recorder = unsafe { &mut *output.ctx.cast::<Recorder>() };
             let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
             let checked = recorder.finish(flags, services.textures(), &share);
-            (status, returned.elapsed(), checked)
+            (status, [code, returned.elapsed()], checked)
         };
         let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);
         self.services.end_step();
         let whole = began.elapsed();
-        let mut check = Duration::ZERO;
+        let mut took = [Duration::ZERO; 2];
         let report = match outcome {
-            Ok((status, took, checked)) => {
-                check = took;
+            Ok((status, times, checked)) => {
+                took = times;
                 self.conclude(status, checked)
             }
             Err(message) => StepReport { status: StepStatus::Failed, message: Some(message) },
         };
-        self.times = StepTimes { call: whole.saturating_sub(check), check };
+        let [code, check] = took;
+        self.times = StepTimes { way: whole.saturating_sub(code + check), code, check };
         report
     }
 
