@@ -307,21 +307,21 @@ impl Found {
             if color.0 != sprite.color || self.keys.is_empty() {
                 color = (sprite.color, linear(sprite.color));
             }
-            let tint = match kind {
-                Kind::Speck => {
-                    let opacity = opacity * lies;
-                    [0, 1, 2].map(|i| color.1[i] * layer.mean[i] * opacity).map(half)
-                }
-                Kind::Quad => color.1.map(|c| half(c * opacity)),
+            // From afar only the mean of the texture is left.
+            let [r, g, b] = color.1;
+            let (opacity, [mr, mg, mb, ma]) = match kind {
+                Kind::Speck => (opacity * lies, layer.mean),
+                Kind::Quad => (opacity, [1.0; 4]),
             };
-            let alpha = half(if kind == Kind::Speck { opacity * lies * layer.mean[3] } else { opacity });
+            let tint =
+                [half(r * mr * opacity), half(g * mg * opacity), half(b * mb * opacity), half(ma * opacity)];
             self.keys.push(key(square, kind));
             self.sprites.push(GpuSprite {
                 place: place.to_array(),
                 size: sprite.size,
                 axis: if facing { [0.0; 3] } else { sprite.axis },
                 roll: sprite.roll,
-                tint: [tint[0], tint[1], tint[2], alpha],
+                tint,
                 layer: layer.index,
                 spare: 0,
             });
