@@ -10,7 +10,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::plugin::guard::{Fate, Watch, fate::stage, limits};
+use crate::plugin::{
+    generation::MAX_WORKERS,
+    guard::{Fate, Watch, fate::stage, limits},
+};
 
 /// How often the watchdog looks while a call runs.
 const TICK: Duration = Duration::from_millis(10);
@@ -59,7 +62,8 @@ pub(crate) fn watch(fate: &Arc<Fate>) {
         fate: Arc::downgrade(fate),
         call: 0,
         began: Instant::now(),
-        before: Vec::new(),
+        // Enough for every generation: else the first step that is seen running would be seen to allocate.
+        before: Vec::with_capacity(MAX_WORKERS),
         asked: None,
         denied: None,
     });
