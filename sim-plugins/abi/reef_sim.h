@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x3d35e35681609baa)
+#define REEF_HEADER_HASH UINT64_C(0x1148c6ead3b14c61)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -449,6 +449,9 @@ typedef struct reef_host {
    * order of making, and never used for anything else. What an instance made goes with it; not in open(). [control] [step] */
   int32_t (*texture_create)(void *ctx, const reef_texture *texture, uint32_t *out_id);
   int32_t (*texture_destroy)(void *ctx, uint32_t id);
+  /* A figure for people who look at the module in the panel: what a step saved, how many things are awake. The last value of
+   * each name is shown; at most 32 names of at most 64 bytes, what is beyond is not. [any] */
+  void (*figure)(void *ctx, const char *name, uint64_t length, double value);
 } reef_host;
 
 /* ------------------------------------------------------------------------------------------------------- plugins */
@@ -583,7 +586,7 @@ REEF_ASSERT_LAYOUT(reef_output, 32, 8);
 REEF_ASSERT_LAYOUT(reef_flow_query, 88, 8);
 REEF_ASSERT_LAYOUT(reef_mesh, 72, 8);
 REEF_ASSERT_LAYOUT(reef_texture, 40, 8);
-REEF_ASSERT_LAYOUT(reef_host, 104, 8);
+REEF_ASSERT_LAYOUT(reef_host, 112, 8);
 REEF_ASSERT_LAYOUT(reef_param, 104, 8);
 REEF_ASSERT_LAYOUT(reef_writer, 24, 8);
 REEF_ASSERT_LAYOUT(reef_reader, 24, 8);

@@ -248,6 +248,7 @@ impl Sea {
             (view.generation, view.age, view.trouble) = (generation, age, trouble);
             let health = world.instance(module).map(|instance| instance.health());
             view.stands = health.is_some_and(|health| *health != Health::Running);
+            view.figures = world.instance(module).map(|instance| instance.figures()).unwrap_or_default();
         }
         // The panel has them from the log.
         self.live.take_notices();

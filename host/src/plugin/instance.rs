@@ -19,7 +19,7 @@ use super::{
     library::{Plugin, status_name},
     marker,
     recorder::Recorder,
-    services::Services,
+    services::{Figure, Services},
     streams::Outputs,
 };
 
@@ -234,6 +234,11 @@ impl Instance {
     /// It is not to be stepped any more, for a reason that no step gave.
     pub(crate) fn condemn(&mut self, reason: String) {
         self.health = Health::Faulty(reason);
+    }
+
+    /// What it shows of itself: names and last values, in the order in which it first did.
+    pub fn figures(&self) -> Vec<Figure> {
+        self.services.figures()
     }
 
     /// Real time of the last step.

@@ -41,3 +41,4 @@ pub use input::{Heightfield, StepInput};
 pub use instance::{Health, Instance, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};
+pub use services::Figure;

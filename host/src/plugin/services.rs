@@ -32,6 +32,13 @@ const LONGEST_NAME: usize = 1 << 10;
 /// Most lines that one instance may write to the log: one that writes in every step must not drown the others.
 const MOST_LINES: u64 = 1000;
 
+/// Most figures of one instance, and most bytes of a figure's name.
+const MOST_FIGURES: usize = 32;
+const LONGEST_FIGURE: u64 = 64;
+
+/// A figure that a module shows of itself: its name and its last value.
+pub type Figure = (String, f64);
+
 /// The services of one instance (or of a library's `open`), and what they remember.
 #[derive(Debug)]
 pub(crate) struct Services {
@@ -41,6 +48,7 @@ pub(crate) struct Services {
     pool: Arc<Pool>,
     error: Mutex<Option<String>>,
     lines: AtomicU64,
+    figures: Mutex<Vec<Figure>>,
     scratch: Mutex<Scratch>,
     in_step: AtomicBool,
     fate: Arc<Fate>,
@@ -97,11 +105,13 @@ impl Services {
                 mesh_destroy: Some(mesh_destroy),
                 texture_create: Some(texture_create),
                 texture_destroy: Some(texture_destroy),
+                figure: Some(figure),
             },
             plugin: plugin.to_owned(),
             pool: generation.pool().clone(),
             error: Mutex::new(None),
             lines: AtomicU64::new(0),
+            figures: Mutex::default(),
             scratch: Mutex::default(),
             in_step: AtomicBool::new(false),
             fate: generation.fate().clone(),
@@ -124,6 +134,11 @@ impl Services {
     /// The message that the last failure left, if it left one.
     pub(crate) fn take_error(&self) -> Option<String> {
         self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// What the module shows of itself, in the order in which it first did.
+    pub(crate) fn figures(&self) -> Vec<Figure> {
+        self.figures.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// A call begins: an older call's message is not this one's.
@@ -284,6 +299,31 @@ unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length:
     let Some(services) = (unsafe { services(ctx) }) else { return };
     services.serve(message, length, |message| {
         services.fail(abi::OK, message);
+    });
+}
+
+unsafe extern "C" fn figure(ctx: *mut c_void, name: *const c_char, length: u64, value: f64) {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx) }) else { return };
+    if name.is_null() || length > LONGEST_FIGURE {
+        return;
+    }
+    guard::require_stack();
+    guard::probe_read(name.cast(), length as usize);
+    marker::in_service(services.fate.generation(), || {
+        // SAFETY: the contract's pointer and length, which were just touched.
+        let name = unsafe { slice::from_raw_parts(name.cast::<u8>(), length as usize) };
+        let mut figures = services.figures.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = figures.len() < MOST_FIGURES;
+        match figures.iter_mut().find(|(known, _)| known.as_bytes() == name) {
+            Some((_, last)) => *last = value,
+            None if room => {
+                if let Ok(name) = std::str::from_utf8(name) {
+                    figures.push((name.to_owned(), value));
+                }
+            }
+            None => {}
+        }
     });
 }
 

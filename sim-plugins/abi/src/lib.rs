@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 1;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0x3d35e35681609baa;
+pub const HEADER_HASH: u64 = 0x1148c6ead3b14c61;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -626,6 +626,9 @@ pub struct Host {
     pub texture_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, texture: *const Texture, out_id: *mut u32) -> i32>,
     pub texture_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
+    /// A figure for people who look at the module in the panel: what a step saved, how many things are awake. The last value of
+    /// each name is shown; at most 32 names of at most 64 bytes, what is beyond is not. [any]
+    pub figure: Option<unsafe extern "C" fn(ctx: *mut c_void, name: *const c_char, length: u64, value: f64)>,
 }
 pub const PARAM_FLOAT: u32 = 1;
 pub const PARAM_INT: u32 = 2;

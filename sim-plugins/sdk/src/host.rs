@@ -107,6 +107,15 @@ impl Host {
         }
     }
 
+    /// A figure for people who look at the module in the panel; the last value of each name is shown. Names are few and short
+    /// (32 of 64 bytes), and the same in every step.
+    pub fn figure(&self, name: &str, value: f64) {
+        if let Some(figure) = self.raw.figure {
+            // SAFETY: as in `log`.
+            unsafe { figure(self.raw.ctx, name.as_ptr().cast::<c_char>(), name.len() as u64, value) }
+        }
+    }
+
     /// Leaves the message of the failure that is about to be returned.
     pub(crate) fn set_error(&self, text: &str) {
         if let Some(set_error) = self.raw.set_error {

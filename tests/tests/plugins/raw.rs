@@ -36,7 +36,7 @@ unsafe extern "C" fn step(ctx: *mut c_void, _: *const abi::Step, output: *const 
     }
 }
 
-/// The configuration is a number: which of the `STEPS`.
+/// The configuration is a number: which of the `STEPS`; beyond them: the one that shows figures.
 unsafe extern "C" fn create(
     host: *const abi::Host,
     config: *const c_char,
@@ -47,7 +47,7 @@ unsafe extern "C" fn create(
     unsafe {
         let text = std::slice::from_raw_parts(config.cast::<u8>(), length as usize);
         let index: usize = std::str::from_utf8(text).unwrap().parse().unwrap();
-        let raw = Box::new(Raw { host, step: STEPS[index].1 });
+        let raw = Box::new(Raw { host, step: STEPS.get(index).map_or(figures as Step, |step| step.1) });
         (*out).ctx = Box::into_raw(raw).cast();
         (*out).destroy = Some(destroy);
         (*out).step = Some(step);
@@ -346,5 +346,39 @@ fn parameters_that_make_no_sense_are_refused() {
             Err(Refusal::BadDescriptor(message)) => assert!(message.contains(expected), "{message}"),
             other => panic!("{expected}: {other:?}"),
         }
+    }
+}
+
+/// Shows figures of all kinds.
+fn figures(host: &abi::Host, _: &abi::Output) -> i32 {
+    let tell = |name: &[u8], value: f64| {
+        // SAFETY: a living name.
+        unsafe { host.figure.unwrap()(host.ctx, name.as_ptr().cast(), name.len() as u64, value) }
+    };
+    tell(b"first", 1.0);
+    tell(b"first", 2.0);
+    tell(&[b'x'; 64], 64.0);
+    tell(&[b'x'; 65], 65.0);
+    tell(&[0xff, 0xfe], 3.0);
+    // SAFETY: NULL is no name.
+    unsafe { host.figure.unwrap()(host.ctx, ptr::null(), 5, 4.0) };
+    for i in 0..40 {
+        tell(format!("more {i}").as_bytes(), f64::from(i));
+    }
+    abi::OK
+}
+
+#[test]
+fn figures_keep_their_last_value_and_what_is_beyond_the_limits_is_not_kept() {
+    let (_, plugins) = Library::from_entry(leak(entry(descriptor())), 2).unwrap();
+    let last = STEPS.len();
+    let mut instance = plugins[0].create(&last.to_string()).unwrap();
+    for number in 1..3 {
+        assert_eq!(instance.step(&Sea::default().input(number), &[]).status, StepStatus::Ok);
+        let figures = instance.figures();
+        assert_eq!(figures.len(), 32);
+        assert_eq!(figures[0], ("first".to_owned(), 2.0));
+        assert_eq!(figures[1], ("x".repeat(64), 64.0));
+        assert_eq!(figures[31], ("more 29".to_owned(), 29.0));
     }
 }

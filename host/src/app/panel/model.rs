@@ -132,6 +132,8 @@ pub struct PluginView {
     pub description: String,
     /// In the plugin's order.
     pub params: Vec<ParamView>,
+    /// What it shows of itself: name and value.
+    pub figures: Vec<(String, f64)>,
 }
 
 /// What a parameter is.

@@ -39,6 +39,9 @@ pub fn plugin(ui: &mut Ui, plugin: &mut PluginView, open: bool, actions: &mut Ve
                     actions.push(Action::Retry(plugin.instance));
                 }
             }
+            for (name, value) in &plugin.figures {
+                style::faint(ui, &format!("{}: {}", capital(name), short(*value)));
+            }
             if plugin.params.is_empty() {
                 style::faint(ui, "Nothing to adjust.");
             }
@@ -67,6 +70,23 @@ pub fn plugin(ui: &mut Ui, plugin: &mut PluginView, open: bool, actions: &mut Ve
             }
         },
     );
+}
+
+/// A name at the beginning of a line.
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A figure of about three digits.
+fn short(value: f64) -> String {
+    match value.abs() {
+        size if size >= 1e9 => format!("{:.2} G", value / 1e9),
+        size if size >= 1e6 => format!("{:.2} M", value / 1e6),
+        size if size >= 1e4 => format!("{:.1} k", value / 1e3),
+        size if size >= 100.0 || value.fract() == 0.0 => format!("{value:.0}"),
+        _ => format!("{value:.3}"),
+    }
 }
 
 /// A length of time, for people.

@@ -96,6 +96,11 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("a step of figure 13", 1e3 * best(&seen, 5), "ms");
     let multiple = 1.0 / PAPERS_RATE / best(&seen, 5);
     report.judged("the paper's frame over it", multiple, "×", Bar::AtLeast(50.0));
+    for (name, world) in [("the load", &one), ("figure 13", &figure)] {
+        for (what, value) in world.instance(0).map(|instance| instance.figures()).unwrap_or_default() {
+            report.figure(format!("{name}: {what}"), value / 1e3, "k");
+        }
+    }
     match allocations_a_step(common)? {
         Some(count) => report.judged("allocations a step", count, "", Bar::AtMost(0.0)),
         None => report.note("Allocations are counted by the program reef alone; this one has no counter."),

@@ -60,7 +60,7 @@ pub fn structs() -> Vec<Struct> {
         "reef_flow_query" FlowQuery { x, y, z, vx, vy, vz, origin, owner, count, spare }
         "reef_mesh" Mesh { vertices, indices, influences, weights, vertex_count, index_count, influence_count, spare, name }
         "reef_texture" Texture { texels, format, width, height, spare, name }
-        "reef_host" Host { size, version, ctx, worker_count, spare, log, set_error, should_stop, parallel_for, scratch, sample_flow, mesh_create, mesh_destroy, texture_create, texture_destroy }
+        "reef_host" Host { size, version, ctx, worker_count, spare, log, set_error, should_stop, parallel_for, scratch, sample_flow, mesh_create, mesh_destroy, texture_create, texture_destroy, figure }
         "reef_param" Param { id, kind, flags, choice_count, minimum, maximum, default_value, key, label, group, unit, help, choices, spare }
         "reef_writer" Writer { size, spare, ctx, write }
         "reef_reader" Reader { size, state_version, ctx, read }

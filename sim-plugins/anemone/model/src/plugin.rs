@@ -144,6 +144,10 @@ impl Plugin for Anemones {
             output.commit::<abi::Material>(count)?;
             self.dressed = !input.is_trial();
         }
+        let (done, saved) = bed.evaluations();
+        let host = input.host();
+        host.figure("flow evaluations in a step", done as f64);
+        host.figure("saved by bounding spheres", saved as f64);
         if input.wants_trace() {
             let count = fill(output, bed.trace_len(), bed.trace())?;
             output.commit::<abi::Trace>(count)?;
