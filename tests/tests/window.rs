@@ -6,10 +6,11 @@
 mod display;
 
 use std::{
+    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
     sync::{Mutex, MutexGuard, PoisonError},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use display::{Display, liveliness, wait};
@@ -53,7 +54,12 @@ impl Bench {
     }
 
     fn start(&self, args: &[&str]) -> Child {
-        self.reef()
+        self.command(args).spawn().expect("reef starts")
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = self.reef();
+        command
             .args(args)
             .arg("--assets")
             .arg(workspace().join("assets"))
@@ -63,15 +69,18 @@ impl Bench {
             .env_remove("WAYLAND_SOCKET")
             .env("REEF_VALIDATE", "1")
             .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("reef starts")
+            .stderr(Stdio::piped());
+        command
     }
 
     fn quit(&self, window: &str) {
         self.display.hand(&["windowfocus", "--sync", window]);
         self.display.hand(&["key", "ctrl+q"]);
     }
+}
+
+fn library_name(target: &str) -> String {
+    format!("{}{target}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
 }
 
 fn assert_clean(output: &Output) {
@@ -196,6 +205,58 @@ fn what_hands_did_in_the_window_is_replayed_headless_to_the_same_bytes() {
     };
     assert_eq!(replay(&["--replay", "journal"]), hash);
     assert_ne!(replay(&[]), hash, "the stirring changed nothing");
+}
+
+#[test]
+fn newer_builds_are_taken_up_while_the_window_runs() {
+    const BUILDS: u32 = 12;
+    let Some(bench) = Bench::new("400x300") else { return };
+    let args = ["anemone-fig13-36-anemones", "--size", "320x180"];
+    let mut command = bench.command(&args);
+    let mut child = command.env("REEF_LOG", "reef=info").spawn().expect("reef starts");
+    let window = bench.display.window_of(&mut child);
+    // What it says, with the time at which it said it.
+    let errors = child.stderr.take().expect("a pipe");
+    let (say, said) = std::sync::mpsc::channel();
+    let reader = std::thread::spawn(move || {
+        for line in BufReader::new(errors).lines().map_while(Result::ok) {
+            if say.send((Instant::now(), line)).is_err() {
+                return;
+            }
+        }
+    });
+    let library = bench.folder.path().join(library_name("reef_anemone"));
+    let (partial, bytes) = (bench.folder.path().join("partial"), std::fs::read(&library).expect("a build"));
+    let mut times = Vec::new();
+    let mut all = String::new();
+    for number in 0..BUILDS {
+        let mut build = bytes.clone();
+        build.extend_from_slice(&number.to_le_bytes());
+        std::fs::write(&partial, build).expect("a partial file");
+        let renamed = Instant::now();
+        std::fs::rename(&partial, &library).expect("renamed");
+        loop {
+            let (when, line) = said.recv_timeout(Duration::from_secs(60)).unwrap_or_else(|error| {
+                panic!("build {number} was not taken within a minute ({error}):\n{all}");
+            });
+            all += &format!("{line}\n");
+            if line.contains("carried on") {
+                times.push(when - renamed);
+                break;
+            }
+        }
+        // At another phase of a frame each time.
+        std::thread::sleep(Duration::from_millis(u64::from(200 + 37 * number % 100)));
+    }
+    bench.quit(&window);
+    assert_clean(&wait(child, PATIENCE, "closing"));
+    reader.join().expect("the reader");
+    times.sort();
+    let [half, most] = [times.len() / 2, times.len() - 1].map(|at| times[at].as_secs_f64() * 1e3);
+    println!("renamed into place to taken up, in a window: p50 {half:.1} ms, at most {most:.1} ms");
+    for word in ["VUID", "panicked", "refused"] {
+        assert!(!all.contains(word), "{all}");
+    }
 }
 
 #[test]
