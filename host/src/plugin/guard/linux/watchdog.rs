@@ -10,10 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::plugin::{
-    generation::MAX_WORKERS,
-    guard::{Fate, Watch, fate::stage, limits},
-};
+use crate::plugin::guard::{Fate, Watch, fate::stage, limits};
 
 /// How often the watchdog looks while a call runs.
 const TICK: Duration = Duration::from_millis(10);
@@ -25,6 +22,9 @@ const WAITING: u32 = 8;
 const RETURN: Duration = Duration::from_millis(40);
 /// The same, for one that waits in the system and was interrupted there [clock].
 const RETURN_WAITING: Duration = Duration::from_millis(400);
+
+/// Threads of a generation for whose times there is room before its first step, which would otherwise be seen to allocate.
+const MOST_THREADS: usize = 16;
 
 /// A generation under watch.
 struct Watched {
@@ -58,12 +58,13 @@ fn kennel() -> MutexGuard<'static, Option<Kennel>> {
 pub(crate) fn watch(fate: &Arc<Fate>) {
     let mut kennel = kennel();
     let kennel = kennel.get_or_insert_default();
+    // Those that are gone make room now, not with the watchdog's next look.
+    kennel.watched.retain(|watched| watched.fate.strong_count() > 0);
     kennel.watched.push(Watched {
         fate: Arc::downgrade(fate),
         call: 0,
         began: Instant::now(),
-        // Enough for every generation: else the first step that is seen running would be seen to allocate.
-        before: Vec::with_capacity(MAX_WORKERS),
+        before: Vec::with_capacity(MOST_THREADS),
         asked: None,
         denied: None,
     });
