@@ -312,6 +312,10 @@ impl Shared {
         if leaks.is_empty() || self.validation != Validation::Off {
             // SAFETY: the device is idle. With validation on, what leaked is left for the layer to see.
             unsafe { self.device.destroy_device(None) };
+        } else {
+            // The device stays for what leaked, and an instance must not go before its device: drivers have threads of
+            // their own that would find it gone.
+            std::mem::forget(self.instance.clone());
         }
         leaks
     }

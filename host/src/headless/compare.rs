@@ -4,10 +4,22 @@ use crate::gpu::Picture;
 
 /// A channel may differ by this much: what another instruction set's rounding does.
 pub const TOLERANCE: u8 = 2;
-/// This share of the pixels may differ by more.
-pub const EXCEPTIONS: f64 = 0.001;
-/// No pixel may differ by more than this.
-pub const LIMIT: u8 = 16;
+
+/// What may be beyond [`TOLERANCE`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Allowance {
+    /// This share of the pixels may be.
+    pub exceptions: f64,
+    /// No channel may differ by more than this.
+    pub limit: u8,
+}
+
+/// For a picture by the driver that made the golden one.
+pub const SAME_DRIVER: Allowance = Allowance { exceptions: 0.001, limit: 16 };
+/// For a picture by another driver: Vulkan leaves it to them where in a pixel the samples are, which pixels a thin line
+/// takes, and how many bits interpolation has, so what differs are the edges of what is thin. (Seen on hardware: up to 0.23 %
+/// of the pixels, by up to 30.)
+pub const OTHER_DRIVER: Allowance = Allowance { exceptions: 0.005, limit: 64 };
 
 /// How two pictures differ.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,10 +36,10 @@ pub struct Difference {
 
 impl Difference {
     /// Whether the pictures count as the same.
-    pub fn passes(&self) -> bool {
+    pub fn passes(&self, allowance: Allowance) -> bool {
         !self.other_size
-            && self.greatest <= LIMIT
-            && self.exceptions as f64 <= EXCEPTIONS * self.pixels as f64
+            && self.greatest <= allowance.limit
+            && self.exceptions as f64 <= allowance.exceptions * self.pixels as f64
     }
 }
 
@@ -90,27 +102,29 @@ mod tests {
         for v in noisy.rgba.iter_mut().step_by(7) {
             *v = v.saturating_add(TOLERANCE);
         }
-        assert!(compare(&waves(0), &waves(0)).passes());
-        assert!(compare(&waves(0), &noisy).passes());
+        assert!(compare(&waves(0), &waves(0)).passes(SAME_DRIVER));
+        assert!(compare(&waves(0), &noisy).passes(SAME_DRIVER));
     }
 
     #[test]
     fn a_picture_that_is_shifted_by_one_pixel_fails() {
-        assert!(!compare(&waves(0), &waves(1)).passes());
+        assert!(!compare(&waves(0), &waves(1)).passes(SAME_DRIVER));
+        assert!(!compare(&waves(0), &waves(1)).passes(OTHER_DRIVER));
     }
 
     #[test]
     fn one_missing_spot_fails_and_a_few_small_exceptions_pass() {
         let mut spot = waves(0);
-        spot.rgba[4000] = spot.rgba[4000].wrapping_add(LIMIT + 1);
-        assert!(!compare(&waves(0), &spot).passes(), "one pixel beyond the limit");
+        spot.rgba[4000] = spot.rgba[4000].wrapping_add(SAME_DRIVER.limit + 1);
+        assert!(!compare(&waves(0), &spot).passes(SAME_DRIVER), "one pixel beyond the limit");
         let mut few = waves(0);
         for i in 0..14 {
             few.rgba[i * 400 + 1] += 5;
         }
-        assert!(compare(&waves(0), &few).passes(), "14 of 14 400 pixels");
+        assert!(compare(&waves(0), &few).passes(SAME_DRIVER), "14 of 14 400 pixels");
         few.rgba[15 * 400 + 1] += 5;
-        assert!(!compare(&waves(0), &few).passes(), "15 of 14 400 pixels are more than 0.1 %");
+        assert!(!compare(&waves(0), &few).passes(SAME_DRIVER), "15 of 14 400 pixels are more than 0.1 %");
+        assert!(compare(&waves(0), &few).passes(OTHER_DRIVER));
     }
 
     #[test]
@@ -119,7 +133,7 @@ mod tests {
         low.height = 89;
         low.rgba.truncate(160 * 89 * 4);
         let difference = compare(&waves(0), &low);
-        assert!(difference.other_size && !difference.passes());
+        assert!(difference.other_size && !difference.passes(SAME_DRIVER));
     }
 
     #[test]

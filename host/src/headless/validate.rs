@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::{
-    compare::{Difference, EXCEPTIONS, LIMIT, TOLERANCE, compare, difference_picture},
+    compare::{Allowance, Difference, OTHER_DRIVER, SAME_DRIVER, TOLERANCE, compare, difference_picture},
     pictures::{read_png, write_png},
     report::{self, Entry},
     show::Show,
@@ -59,6 +59,8 @@ struct Verdict {
     name: String,
     /// None: blessed.
     difference: Option<Difference>,
+    /// How far the picture may be from the golden one.
+    allowance: Allowance,
     /// Why it fails, in words.
     faults: Vec<String>,
     messages: Vec<Message>,
@@ -153,6 +155,7 @@ fn validate(
     let mut verdict = Verdict {
         name,
         difference: None,
+        allowance: allowance(&path, &gpu.info().driver),
         faults: Vec::new(),
         messages: gpu.canary().take(),
         expected: None,
@@ -167,8 +170,8 @@ fn validate(
         Err(error) => faults.push(format!("no golden picture: {error} (`reef validate --bless` makes it)")),
         Ok(expected) => {
             let difference = compare(&expected, &verdict.actual);
-            if !difference.passes() {
-                faults.push(in_words(&difference));
+            if !difference.passes(verdict.allowance) {
+                faults.push(in_words(&difference, verdict.allowance));
             }
             verdict.difference = Some(difference);
             verdict.expected = Some(expected);
@@ -178,16 +181,28 @@ fn validate(
     Ok(verdict)
 }
 
-fn in_words(difference: &Difference) -> String {
+/// How far a picture of this driver may be from a golden one, by the origin beside that.
+fn allowance(golden: &Path, driver: &str) -> Allowance {
+    let origin = std::fs::read(golden.with_extension("json")).ok();
+    let origin = origin.and_then(|text| serde_json::from_slice::<Origin>(&text).ok());
+    let name = |driver: &str| driver.split_whitespace().next().map(str::to_owned);
+    match origin {
+        Some(origin) if name(&origin.driver) != name(driver) => OTHER_DRIVER,
+        _ => SAME_DRIVER,
+    }
+}
+
+fn in_words(difference: &Difference, allowance: Allowance) -> String {
     if difference.other_size {
         return "the golden picture is of another size".to_owned();
     }
     format!(
-        "{} of {} pixels differ by more than {TOLERANCE} (allowed: {:.1} %), the greatest difference is {} (allowed: {LIMIT})",
+        "{} of {} pixels differ by more than {TOLERANCE} (allowed: {:.1} %), the greatest difference is {} (allowed: {})",
         difference.exceptions,
         difference.pixels,
-        EXCEPTIONS * 100.0,
-        difference.greatest
+        allowance.exceptions * 100.0,
+        difference.greatest,
+        allowance.limit
     )
 }
 
@@ -279,7 +294,7 @@ fn write_report(
         entries.push(Entry {
             name: v.name.clone(),
             passed: lines.is_empty(),
-            figures: v.difference.as_ref().map(in_words).unwrap_or_default(),
+            figures: v.difference.as_ref().map(|d| in_words(d, v.allowance)).unwrap_or_default(),
             lines,
             pictures: [expected, Some(actual), difference],
         });
@@ -292,6 +307,24 @@ fn write_report(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn another_driver_than_the_goldens_may_place_edges_elsewhere() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let golden = folder.path().join("sea.png");
+        assert_eq!(allowance(&golden, "llvmpipe Mesa 22.3.6"), SAME_DRIVER, "no origin: no excuse");
+        let origin = Origin {
+            milliseconds: 0,
+            cpu: String::new(),
+            device: String::new(),
+            driver: "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".to_owned(),
+            reef: String::new(),
+        };
+        let text = serde_json::to_string(&origin).expect("JSON");
+        std::fs::write(golden.with_extension("json"), text).expect("written");
+        assert_eq!(allowance(&golden, "llvmpipe Mesa 25.0.1 (LLVM 19.1.7)"), SAME_DRIVER);
+        assert_eq!(allowance(&golden, "NVIDIA 580.159.04"), OTHER_DRIVER);
+    }
 
     #[test]
     fn a_blessed_picture_has_its_origin_beside_it() {

@@ -107,7 +107,7 @@ fn a_sprite_shows_its_texture_upright_where_its_velocity_says() {
     let turned = abi::Billboard { roll: std::f32::consts::FRAC_PI_2, ..moving };
     let picture = shoot(&gpu, "sprite-turned", vec![turned], &Settings::default());
     assert!(is_red(at(&picture, -0.25, -0.25)), "a quarter turn against the clock");
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn nearer_sprites_cover_farther_ones_whatever_their_order_and_kind() {
     }
     let behind = shoot(&gpu, "sprite-behind", vec![red(-0.4, 0.3), blue], &Settings::default());
     assert!(at(&behind, 0.0, 0.0)[2] > 180, "the blue one is nearer now");
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_sprite_across_its_axis_is_seen_from_its_face_and_not_from_its_edge() {
     let share = light(&slanted) / light(&face);
     // The cosine; perspective makes the nearer half a little greater than it makes the other smaller.
     assert!((share - 0.8).abs() < 0.05, "{share}");
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn a_speck_gives_as_much_light_as_it_covers_wherever_it_stands_between_the_pixel
             }
         }
     }
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -208,5 +208,6 @@ fn the_ground_hides_what_lies_under_it_and_softens_what_touches_it() {
     assert!(most > 20.0, "it is seen: {most}");
     // The cloud's own slope and a step of dither; a hard edge would be most of it.
     assert!(steps < 0.35 * most, "a step of {steps} of {most}");
-    gpu.close();
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }

@@ -146,7 +146,7 @@ fn the_gpus_vertices_are_those_of_the_twin() {
         }
     }
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 /// A strip's vertices as the device wrote them: clip space and coverage.
@@ -172,7 +172,7 @@ fn the_gpus_ribbons_are_those_of_the_twin_solid_ones_before_thin_ones() {
     let counts = studio.renderer().fibres().counts().expect("read back");
     let (tubes, _) = studio.renderer().fibres().read_back().expect("read back");
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 
     let gathered = gather::gather(&previous, &current, 0.3, &lens, 0);
     let strips: Vec<Option<twin::Strip>> =
@@ -223,7 +223,7 @@ fn low_quality_shows_the_same_sea_and_its_ribbons_the_same_tentacles() {
         assert!(mean < 1.5 && most < 12.0, "{name}, through the tone pass: {mean} and {most}");
     }
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 /// Mean and greatest difference of two pictures' means over blocks of 40 pixels.
@@ -289,7 +289,7 @@ fn a_garden_is_neither_black_nor_flat_and_its_water_changes_from_top_to_bottom()
         keep(name, &studio.shoot(&shot, &Settings::default()).expect("a picture"));
     }
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn a_diagram_has_its_background_and_its_lines_are_wide_enough_to_be_read() {
         assert!(rows.iter().all(|y| y.abs_diff(SIZE.1 / 2) <= 3), "the other channel is hidden: {rows:?}");
     }
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 /// Linear light of a pixel's channel.
@@ -373,7 +373,7 @@ fn the_sky_is_seen_through_a_window_as_wide_as_snells_law_says() {
         assert!((rim - 48.75).abs() < 5.0, "{quality:?}: the rim is at {rim} degrees");
     }
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
@@ -402,5 +402,5 @@ fn shafts_add_a_little_light_to_the_water_and_none_behind_what_is_near() {
         [true, false].map(|shafts| studio.shoot(&shot, &Settings { shafts, ..low }).expect("a picture"));
     assert!(one == other, "low quality has none");
     drop(studio);
-    gpu.close();
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }

@@ -34,7 +34,8 @@ const NEAR: Bed = Bed { side: 0.5, y: -3.86, z: 0.0, length: 0.13, radius: 0.006
 const FAR: Bed = Bed { side: 3.2, y: -3.9, z: -2.6, length: 0.12, radius: 0.004 };
 /// Tentacles, and the bar for a frame with levels of detail [ms].
 const BEDS: [(usize, f64); 3] = [(1000, 20.0), (2000, 35.0), (4000, 60.0)];
-/// Share of the time without levels of detail that is allowed with them.
+/// Share of the time without levels of detail that is allowed with them, where the processor draws: on hardware such a frame
+/// takes less than a millisecond, most of which is spent on handing it over.
 const RATIO: f64 = 0.5;
 /// Rounds in which both take their turn.
 const ROUNDS: usize = 3;
@@ -95,7 +96,12 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
     let [with_ms, without_ms] = times.map(median);
     report.judged(format!("{count} tentacles"), with_ms, "ms a frame", Bar::AtMost(bar));
     report.figure(format!("{count} without levels of detail"), without_ms, "ms a frame");
-    report.judged(format!("{count}, with over without"), median(ratios), "×", Bar::AtMost(RATIO));
+    let (name, ratio) = (format!("{count}, with over without"), median(ratios));
+    if gpu.info().kind == "cpu" {
+        report.judged(name, ratio, "×", Bar::AtMost(RATIO));
+    } else {
+        report.figure(name, ratio, "×");
+    }
 
     let [small, outside] = small(&previous, &current, camera);
     report.figure(format!("{count}, small in the picture"), small * 100.0, "% of the tentacles");
@@ -216,6 +222,6 @@ mod tests {
             assert!(difference < 4.0, "{count}: {difference} of 255 in the mean");
         }
         drop(studio);
-        gpu.close();
+        assert_eq!(gpu.close(), Vec::<String>::new());
     }
 }
