@@ -25,5 +25,5 @@ pub mod waves;
 pub use fearless_simd;
 pub use field::{Field, Sphere};
 pub use keyframe::{Interpolation, Key, Track};
-pub use packed::{Packed, velocity, velocity8, velocity16};
+pub use packed::{Packed, divergence, velocity, velocity8, velocity16};
 pub use simd::Level;

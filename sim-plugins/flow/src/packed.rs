@@ -137,11 +137,21 @@ impl Packed {
         !self.sources.is_empty() || !self.whirlwinds.is_empty()
     }
 
-    /// Takes the sources and holes of another, and nothing else: where water comes from and where it goes.
-    pub fn fill_sources(&mut self, other: &Self) {
-        self.begin();
-        self.sources.extend_from_slice(&other.sources);
-        self.end();
+    /// Whether sources or holes act: whether water comes from nowhere, or goes there.
+    pub fn has_sources(&self) -> bool {
+        !self.sources.is_empty()
+    }
+
+    /// Lets currents that travel fit a box of an extent [m] around the origin: a whole number of wavelengths along each axis,
+    /// the nearest. Then they do the same at opposite walls, and who leaves through one and enters through the other goes on
+    /// as before. In the box's middle nothing changes.
+    pub fn fit(&mut self, extent: [f64; 3]) {
+        for field in &mut self.varying {
+            for (k, extent) in field.wave_vector.iter_mut().zip(extent) {
+                let one = core::f64::consts::TAU / extent;
+                *k = ((f64::from(*k) / one).round() * one) as f32;
+            }
+        }
     }
 
     /// Local primitives that are evaluated at each point of the object.
@@ -376,12 +386,47 @@ pub fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V
         v = add_scaled(v, speed, w);
     }
     for shelter in &packed.shelters {
-        let (_, d2) = from_center(simd, shelter.center, [x, y, z]);
-        let fade = fade(simd, shelter.reach2, shelter.inv_shell, d2);
-        let factor = mul_add(V::splat(simd, -shelter.strength), fade, V::splat(simd, 1.0));
+        let factor = calm(simd, shelter, [x, y, z]);
         v = [v[0] * factor, v[1] * factor, v[2] * factor];
     }
     v
+}
+
+/// What sources and holes make of water at many points, or take away [1/s]: ∇·V of their fields, calmed as the water is in
+/// a shelter. For d² = q a local field is s(q) (p − C), whose divergence is 3 s + 2 q s′. The same bytes at every level.
+#[inline(always)]
+pub fn divergence<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> V {
+    let mut sum = V::splat(simd, 0.0);
+    for source in &packed.sources {
+        let (_, d2) = from_center(simd, source.center, [x, y, z]);
+        sum += spread(simd, source, d2);
+    }
+    for shelter in &packed.shelters {
+        sum *= calm(simd, shelter, [x, y, z]);
+    }
+    sum
+}
+
+/// 3 s + 2 q s′ of one source: s (3 − 2q/(|Φ|/Φ_max + q) − q/(q + core²)), and what its fading takes.
+#[inline(always)]
+fn spread<S: Simd, V: Lanes<S>>(simd: S, local: &Local, d2: V) -> V {
+    let (soft, round) = (d2 + V::splat(simd, local.softening), d2 + V::splat(simd, local.core2));
+    let shares = V::splat(simd, 3.0) - (d2 + d2) / soft - d2 / round;
+    let sum = intensity(simd, local, d2, d2) * shares;
+    if local.inv_shell == 0.0 {
+        return sum;
+    }
+    let u = in_shell(simd, local.reach2, local.inv_shell, d2);
+    let steep = u * (V::splat(simd, 1.0) - u) * V::splat(simd, 6.0 * local.inv_shell * local.strength);
+    sum - (d2 + d2) * steep / (soft * round.sqrt())
+}
+
+/// What a shelter leaves of the flow.
+#[inline(always)]
+fn calm<S: Simd, V: Lanes<S>>(simd: S, shelter: &Shelter, p: [V; 3]) -> V {
+    let (_, d2) = from_center(simd, shelter.center, p);
+    let fade = fade(simd, shelter.reach2, shelter.inv_shell, d2);
+    mul_add(V::splat(simd, -shelter.strength), fade, V::splat(simd, 1.0))
 }
 
 /// A vector in all lanes. Written out: a closure, as `map` takes it, does not always inherit the vector instructions of
@@ -440,9 +485,15 @@ fn fade<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V 
     if inv_shell == 0.0 {
         return V::splat(simd, 1.0);
     }
-    let u = (V::splat(simd, reach2) - d2) * V::splat(simd, inv_shell);
-    let u = u.max(V::splat(simd, 0.0)).min(V::splat(simd, 1.0));
+    let u = in_shell(simd, reach2, inv_shell, d2);
     u * u * mul_add(u, V::splat(simd, -2.0), V::splat(simd, 3.0))
+}
+
+/// u: 1 at the inner side of the shell and inside of it, 0 at its outer side and beyond.
+#[inline(always)]
+fn in_shell<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
+    let u = (V::splat(simd, reach2) - d2) * V::splat(simd, inv_shell);
+    u.max(V::splat(simd, 0.0)).min(V::splat(simd, 1.0))
 }
 
 /// A directional field (5) that travels or grows with height.

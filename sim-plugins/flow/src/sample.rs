@@ -2,7 +2,10 @@
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 
-use crate::{Level, Packed, packed::velocity8};
+use crate::{
+    Level, Packed,
+    packed::{self, velocity8},
+};
 
 /// Positions [m, relative to the packed form's origin], one slice an axis.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +32,30 @@ pub struct Velocities<'a> {
 /// The velocity of the water at each point. Takes as many points as the shortest of the six slices has.
 pub fn sample(level: Level, packed: &Packed, points: Points<'_>, out: Velocities<'_>) {
     crate::dispatch!(level, simd => sample_wide(simd, packed, points, out));
+}
+
+/// What sources and holes make of water at each point, or take away [1/s]. Takes as many points as the shortest of the four
+/// slices has.
+pub fn divergence(level: Level, packed: &Packed, points: Points<'_>, out: &mut [f32]) {
+    crate::dispatch!(level, simd => divergence_wide(simd, packed, points, out));
+}
+
+#[inline(always)]
+fn divergence_wide<S: Simd>(simd: S, packed: &Packed, points: Points<'_>, out: &mut [f32]) {
+    let count = out.len().min(points.x.len()).min(points.y.len()).min(points.z.len());
+    let mut first = 0;
+    while first < count {
+        let end = (first + 8).min(count);
+        let lanes = |values: &[f32]| {
+            let mut eight = [0.0; 8];
+            eight[..end - first].copy_from_slice(&values[first..end]);
+            f32x8::simd_from(simd, eight)
+        };
+        let (x, y, z) = (lanes(points.x), lanes(points.y), lanes(points.z));
+        let eight: [f32; 8] = packed::divergence(simd, packed, x, y, z).into();
+        out[first..end].copy_from_slice(&eight[..end - first]);
+        first = end;
+    }
 }
 
 #[inline(always)]

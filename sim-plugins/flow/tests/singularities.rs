@@ -2,10 +2,15 @@
 
 mod common;
 
-use common::{at, difference, dot, hole, length, sea, source, unit, velocities, whirlwind};
+use common::{
+    Random, at, difference, directional, dot, hole, length, sea, shelter, source, unit, velocities, whirlwind,
+};
 use proptest::prelude::*;
 use reef_abi::Flow;
-use reef_flow::{Level, Packed, reference};
+use reef_flow::{
+    Level, Packed, reference,
+    sample::{Points, divergence},
+};
 
 /// One step of f32 rounding is 6e-8; an intensity passes through about ten operations.
 const ROUNDING: f32 = 1e-6;
@@ -106,6 +111,52 @@ fn what_an_object_emits_does_not_act_on_itself() {
     // Owner 0 is the scene: it feels everything, and so does everybody feel the scene's.
     packed.fill(&[scene, own, other], [0.0; 3], 0);
     assert_eq!(velocities(Level::best(), &packed, &[point])[0], at(&[scene, own, other], point));
+}
+
+#[test]
+fn the_divergence_is_that_of_the_sources_and_holes() {
+    let mut random = Random(11);
+    for number in 0..200 {
+        let place = |random: &mut Random| random.point(1.0);
+        let mut flows = vec![source(place(&mut random), 0.2, 0.7), hole(place(&mut random), 0.1, 0.4)];
+        flows[0].core = 0.1;
+        (flows[1].core, flows[1].reach, flows[1].fade) = (0.2, 1.6, 0.3);
+        // A shelter around all: what it leaves is the same everywhere.
+        if number % 2 == 1 {
+            flows.push(shelter([0.0; 3], 0.25, 100.0, 1.0));
+        }
+        let point = place(&mut random);
+        // Greatest error of a central difference over h: h² V‴ / 6, with V‴ ≲ 0.7 / 0.1³.
+        let h = 1e-4;
+        let expected: f64 = (0..3)
+            .map(|axis| {
+                let at = |off: f64| {
+                    let mut point = point;
+                    point[axis] += off;
+                    reference::velocity(&flows, point, 0)[axis]
+                };
+                (at(h) - at(-h)) / (2.0 * h)
+            })
+            .sum();
+        // What has no divergence, or is not what comes and goes.
+        flows.insert(1, whirlwind([0.3, 0.0, 0.0], [0.0, 1.0, 0.0], 0.2, 0.4));
+        flows.push(directional([1.0, 0.0, 0.0], 0.3));
+        let mut packed = Packed::new();
+        packed.fill(&flows, [0.0; 3], 0);
+        let [x, y, z] = point.map(|v| [v as f32]);
+        let all = Level::all().into_iter().map(|level| {
+            let mut found = [0.0];
+            let points = Points { x: &x, y: &y, z: &z };
+            divergence(level, &packed, points, &mut found);
+            found[0]
+        });
+        let all: Vec<f32> = all.collect();
+        assert!(
+            (f64::from(all[0]) - expected).abs() < 2e-4 * expected.abs().max(0.1),
+            "{all:?}, not {expected}"
+        );
+        assert!(all.iter().all(|found| found.to_bits() == all[0].to_bits()), "{all:?}");
+    }
 }
 
 #[test]

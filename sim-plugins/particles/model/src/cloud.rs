@@ -15,13 +15,14 @@ use reef_sdk::{
 };
 
 use crate::{
-    census::Census,
     config::BoxPlan,
     drift::{self, MOST_MEMBERS, SLOT, SLOTS, Sight, Slots, Tally, WORDS},
     fog::{Fog, Show},
+    inflow::Water,
+    lasting::Lasting,
     levels::{Choice, Levels},
     looks::Looks,
-    reenter::{self, Leavers, Water},
+    reenter::{self, Leavers},
     ride::{self, Follow, Listed, Room},
     seed,
     view::View,
@@ -77,10 +78,9 @@ struct Swarm {
     /// Its chunks.
     pieces: core::ops::Range<usize>,
     packed: Packed,
-    /// Of `packed`.
+    /// Sources and holes that last.
     sources: Packed,
     trains: Trains,
-    census: Census,
     leavers: Leavers,
     now: Now,
 }
@@ -94,6 +94,9 @@ struct Now {
     /// dt over the extent [s/m].
     turns: [f32; 3],
     half_step: f32,
+    /// This step's.
+    chance: u64,
+    dt: f32,
     still: bool,
     all: bool,
     before: [i32; 3],
@@ -134,6 +137,7 @@ pub struct Cloud {
     sprite_bounds: Vec<usize>,
     trace_bounds: Vec<usize>,
     field: Field,
+    lasting: Lasting,
     choice: Choice,
     /// The step's trains as a box meets them that drifts with its uniform current.
     met: Vec<Wave>,
@@ -189,6 +193,7 @@ impl Cloud {
             sprite_bounds: Vec::new(),
             trace_bounds: Vec::new(),
             field: Field::new(),
+            lasting: Lasting::default(),
             choice: Choice::default(),
             met: Vec::new(),
             choosing: false,
@@ -242,8 +247,7 @@ impl Cloud {
             packed: Packed::new(),
             sources: Packed::new(),
             trains: Trains::new(),
-            census: Census::new(plan.extent, count),
-            leavers: Leavers::with_capacity(64 + plan.count as usize / 8),
+            leavers: Leavers::new(plan.extent, 64 + plan.count as usize / 8),
             now: Now::default(),
             plan,
             looks,
@@ -366,13 +370,25 @@ impl Cloud {
                     sphere[0] = swarm.around([&*x, &*y, &*z], &piece.alive[..members], groups);
                 }
                 packed.fill_near(field, sphere[0], swarm.plan.center, 0);
+                packed.fit(swarm.plan.extent);
                 &*packed
             });
             if idle && !now.still {
                 jumped[0] = [0; WORDS];
             }
             let jumped = &mut jumped[0];
-            let slots = Slots { at: [x, y, z], seen, crossed, jumped, alive: &piece.alive, members, groups };
+            let turn = (around.step + i as u64).is_multiple_of(drift::LOOK_STEPS);
+            let slots = Slots {
+                at: [x, y, z],
+                seen,
+                crossed,
+                jumped,
+                alive: &piece.alive,
+                members,
+                groups,
+                first: piece.first,
+                turn,
+            };
             tally[0] =
                 if idle { Tally::default() } else { drift::drift(around.level, &swarm.drift(near), slots) };
         });
@@ -381,13 +397,11 @@ impl Cloud {
     /// Those who left their box, and those whose water vanished.
     fn settle(&mut self, around: &Surroundings<'_>) {
         let slots = self.slots();
-        let Self { swarms, pieces, at, crossed, jumped, tallies, members, groups, .. } = self;
+        let Self { swarms, at, crossed, tallies, members, groups, .. } = self;
         for swarm in swarms {
-            swarm.sources.fill_sources(&swarm.packed);
-            if swarm.sources.is_still() {
+            if !swarm.packed.is_singular() {
                 continue;
             }
-            swarm.census.forget();
             swarm.leavers.clear();
             for piece in swarm.pieces.clone() {
                 let left = &crossed[piece * slots..][..tallies[piece].crossed as usize];
@@ -395,6 +409,9 @@ impl Cloud {
                     let slot = (piece - swarm.pieces.start) * slots + usize::from(entry & SLOT);
                     swarm.leavers.push(slot as u32, entry >> drift::AXIS_SHIFT);
                 }
+            }
+            if swarm.leavers.is_empty() {
+                continue;
             }
             let (first, last) = (swarm.pieces.start * slots, swarm.pieces.end * slots);
             let mut own = at.each_mut().map(|axis| &mut axis[first..last]).into_iter();
@@ -404,40 +421,16 @@ impl Cloud {
                 slots,
                 members: *members,
                 groups: *groups,
-                count: swarm.plan.count.into(),
                 now: swarm.now.after,
             };
-            let chance = seed::mix(swarm.plan.seed ^ seed::mix(around.step));
             let water = Water {
                 packed: &swarm.packed,
                 sources: &swarm.sources,
                 unit: swarm.unit,
+                dt: swarm.now.dt,
                 level: around.level,
             };
-            if !swarm.leavers.is_empty() {
-                swarm.leavers.settle(&water, &mut chunks, &mut swarm.census, chance);
-            }
-            // Chunks take turns.
-            let period = reenter::LOOK_STEPS as f32 * around.dt as f32;
-            for piece in swarm.pieces.clone() {
-                if !(around.step + piece as u64).is_multiple_of(reenter::LOOK_STEPS) {
-                    continue;
-                }
-                let first = (piece - swarm.pieces.start) * slots;
-                let here: [_; MOST_MEMBERS] = core::array::from_fn(|member| {
-                    let first = first + member * *groups;
-                    first..first + usize::from(pieces[piece].alive[member])
-                });
-                swarm.leavers.vanish(
-                    &water,
-                    &mut chunks,
-                    &mut swarm.census,
-                    &here[..*members],
-                    seed::mix(chance),
-                    period,
-                    |slot| jumped[piece][slot % slots / 64] |= 1 << (slot % slots % 64),
-                );
-            }
+            swarm.leavers.settle(&water, &mut chunks, swarm.now.chance);
         }
     }
 
@@ -515,6 +508,7 @@ impl Cloud {
             let Scratch { packed, room } = scratch;
             let near = swarm.now.flowing.then(|| {
                 packed.fill_near(field, spheres[i], swarm.plan.center, 0);
+                packed.fit(swarm.plan.extent);
                 &*packed
             });
             let ride = swarm.ride(piece.swarm, &levels, choice, near);

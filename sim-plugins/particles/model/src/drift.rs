@@ -5,12 +5,16 @@
 
 use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
-    Level, Packed,
+    Level, Packed, divergence,
     simd::{Lanes, mul_add},
     velocity,
 };
 
-use crate::view::{Local, PLANES};
+use crate::{
+    inflow::share,
+    seed::mix,
+    view::{Local, PLANES},
+};
 
 /// Groups (a master and its slaves) that are looked at together, at every level: what they share does not depend on the
 /// width of a vector.
@@ -28,6 +32,11 @@ pub const IN_VIEW: u16 = 0x4000;
 pub const WORDS: usize = SLOTS / 64;
 /// Where the axes begin of an entry of `crossed`: bit 12 + axis.
 pub const AXIS_SHIFT: u32 = 12;
+
+/// Each chunk's turn comes once in so many steps.
+pub const LOOK_STEPS: u64 = 32;
+/// Water that vanishes by this share in a step vanishes fast: it is looked at in every step.
+const FAST: f32 = 1.0 / 256.0;
 
 /// Greatest speed at which a centre drifts [m/s]: keeps what follows finite, whatever the sea's primitives add up to.
 const FASTEST: f32 = 1e4;
@@ -57,6 +66,12 @@ pub struct Drift<'a> {
     pub all: bool,
     /// The step is one of no length: nothing moves.
     pub still: bool,
+    /// Sources and holes that last, over the box: what vanishes takes its particles along.
+    pub sources: Option<&'a Packed>,
+    /// Length of the step [s].
+    pub dt: f32,
+    /// This step's chance, for this box.
+    pub chance: u64,
 }
 
 /// How a box's particles are held against a view.
@@ -79,7 +94,7 @@ pub struct Slots<'a> {
     pub at: [&'a mut [i32]; 3],
     /// Slots that are looked at further.
     pub seen: &'a mut [u16],
-    /// Slots that left through a wall, with the axes.
+    /// Slots that left through a wall, with the axes, or (no axis) with water that vanished.
     pub crossed: &'a mut [u16],
     /// The same as a set: what jumped in the last step of any length.
     pub jumped: &'a mut [u64; WORDS],
@@ -89,6 +104,10 @@ pub struct Slots<'a> {
     pub members: usize,
     /// Groups of a chunk.
     pub groups: usize,
+    /// Number of the chunk's first particle in its box.
+    pub first: u64,
+    /// It is the chunk's turn: water that vanishes slowly is looked at.
+    pub turn: bool,
 }
 
 /// How many entries the lists of a chunk have.
@@ -116,7 +135,8 @@ pub fn drift(level: Level, drift: &Drift<'_>, slots: Slots<'_>) -> Tally {
 #[inline(always)]
 fn wide<S: Simd, V: Lanes<S>, const WIDTH: usize>(simd: S, drift: &Drift<'_>, slots: Slots<'_>) -> Tally {
     let mut tally = Tally::default();
-    let Slots { at: [ax, ay, az], seen, crossed, jumped, alive, members, groups } = slots;
+    let Slots { at: [ax, ay, az], seen, crossed, jumped, alive, members, groups, first: number, turn } =
+        slots;
     if !drift.still {
         *jumped = [0; WORDS];
     }
@@ -142,8 +162,16 @@ fn wide<S: Simd, V: Lanes<S>, const WIDTH: usize>(simd: S, drift: &Drift<'_>, sl
                 let old = [own[0] + bx, own[1] + by, own[2] + bz];
                 let mut new = old;
                 if !drift.still {
+                    let mut gone = 0;
                     if let Some(packed) = drift.packed {
-                        let step = increment::<S, V>(simd, drift, packed, old, unit);
+                        let (step, middle) = increment::<S, V>(simd, drift, packed, old, unit);
+                        if let Some(sources) = drift.sources {
+                            let draw = |lane: u32| {
+                                let group = first as u64 + u64::from(lane);
+                                mix(drift.chance ^ mix(number + group * members as u64 + member as u64))
+                            };
+                            gone = vanish::<S, V, WIDTH>(simd, drift, sources, middle, turn, there, draw);
+                        }
                         let own = [own[0] + step[0], own[1] + step[1], own[2] + step[2]];
                         own[0].store_slice(&mut ax[here.clone()]);
                         own[1].store_slice(&mut ay[here.clone()]);
@@ -157,13 +185,14 @@ fn wide<S: Simd, V: Lanes<S>, const WIDTH: usize>(simd: S, drift: &Drift<'_>, sl
                         overflow::<S, V>(simd, old[1], new[1]) & there,
                         overflow::<S, V>(simd, old[2], new[2]) & there,
                     ];
-                    let mut rest = out[0] | out[1] | out[2];
+                    let mut rest = out[0] | out[1] | out[2] | gone;
                     jumped[slot / 64] |= rest << (slot % 64);
                     while rest != 0 {
                         let lane = rest.trailing_zeros();
                         rest &= rest - 1;
                         let axes =
                             (out[0] >> lane & 1) | (out[1] >> lane & 1) << 1 | (out[2] >> lane & 1) << 2;
+                        let axes = if gone >> lane & 1 == 0 { axes } else { 0 };
                         crossed[tally.crossed as usize] =
                             (slot + lane as usize) as u16 | (axes as u16) << AXIS_SHIFT;
                         tally.crossed += 1;
@@ -200,7 +229,40 @@ fn wide<S: Simd, V: Lanes<S>, const WIDTH: usize>(simd: S, drift: &Drift<'_>, sl
     tally
 }
 
-/// How far centres move beside the uniform currents in this step [2⁻³² of the extent].
+/// Lanes whose water vanishes, by chance, among those that are `there`: −∇·V of it in a second.
+#[inline(always)]
+fn vanish<S: Simd, V: Lanes<S>, const WIDTH: usize>(
+    simd: S,
+    drift: &Drift<'_>,
+    sources: &Packed,
+    [x, y, z]: [V; 3],
+    turn: bool,
+    there: u64,
+    draw: impl Fn(u32) -> u64,
+) -> u64 {
+    let lost = divergence(simd, sources, x, y, z) * V::splat(simd, -drift.dt);
+    let least = if turn { 0.0 } else { FAST };
+    let mut rest = lost.simd_gt(V::splat(simd, least)).to_bitmask() & there;
+    if rest == 0 {
+        return 0;
+    }
+    let mut lanes = [0.0; WIDTH];
+    lost.store_slice(&mut lanes);
+    let mut gone = 0;
+    while rest != 0 {
+        let lane = rest.trailing_zeros();
+        rest &= rest - 1;
+        let lost = lanes[lane as usize];
+        let lost = if lost > FAST { lost } else { lost * LOOK_STEPS as f32 };
+        // Never more than all.
+        if share(draw(lane)) * (1.0 + lost) < lost {
+            gone |= 1 << lane;
+        }
+    }
+    gone
+}
+
+/// How far centres move beside the uniform currents in this step [2⁻³² of the extent], and where they are half-way [m].
 #[inline(always)]
 fn increment<S: Simd, V: Lanes<S>>(
     simd: S,
@@ -208,19 +270,20 @@ fn increment<S: Simd, V: Lanes<S>>(
     packed: &Packed,
     old: [V::Int; 3],
     unit: [V; 3],
-) -> [V::Int; 3] {
-    let p = [V::from_int(old[0]) * unit[0], V::from_int(old[1]) * unit[1], V::from_int(old[2]) * unit[2]];
+) -> ([V::Int; 3], [V; 3]) {
+    let mut p = [V::from_int(old[0]) * unit[0], V::from_int(old[1]) * unit[1], V::from_int(old[2]) * unit[2]];
     let mut v = bounded(simd, velocity(simd, packed, p[0], p[1], p[2]));
     if packed.is_singular() {
         let half = V::splat(simd, drift.half_step);
-        let p = [mul_add(v[0], half, p[0]), mul_add(v[1], half, p[1]), mul_add(v[2], half, p[2])];
+        p = [mul_add(v[0], half, p[0]), mul_add(v[1], half, p[1]), mul_add(v[2], half, p[2])];
         v = bounded(simd, velocity(simd, packed, p[0], p[1], p[2]));
     }
-    [
+    let step = [
         whole(simd, v[0], drift.uniform[0], drift.turns[0]),
         whole(simd, v[1], drift.uniform[1], drift.turns[1]),
         whole(simd, v[2], drift.uniform[2], drift.turns[2]),
-    ]
+    ];
+    (step, p)
 }
 
 /// A velocity that no sum of primitives makes infinite.

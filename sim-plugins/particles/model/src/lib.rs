@@ -13,7 +13,7 @@
 //! - [`config`], [`kind`]: what a scene says, and what each kind of particle is without it.
 //! - [`seed`]: where particles begin, and which of them are neighbours.
 //! - [`cloud`]: all boxes of a module, stepped together; [`drift`]: eq. (3) and what is in view; [`reenter`]: those that
-//!   leave their box; [`ride`]: eq. (2), and sprites; [`fog`]: what stands for many.
+//!   leave their box, [`inflow`]: where they come again, [`lasting`]: which sources count; [`ride`]: eq. (2), and sprites; [`fog`]: what stands for many.
 //! - The plugin is [`Particles`].
 //!
 //! # Positions
@@ -21,17 +21,19 @@
 //! A centre is three whole numbers: its offset from the box's middle in 2⁻³² of the box's extent. Leaving the box through a
 //! wall and entering through the opposite one is then the integers' own overflow, and nothing is lost however long it
 //! drifts. What the flow does to all centres alike is kept once a box, in f64: a uniform current moves every centre by
-//! exactly V t.
+//! exactly V t. Currents that travel are taken with the nearest wavelengths that fit the box, so that they, too, go on
+//! behind the opposite wall as they came.
 //!
 //! Units are metres, seconds and radians unless a name says otherwise.
 
-pub mod census;
 pub mod cloud;
 pub mod config;
 mod debug;
 pub mod drift;
 pub mod fog;
+pub mod inflow;
 pub mod kind;
+pub mod lasting;
 pub mod levels;
 pub mod looks;
 mod plugin;

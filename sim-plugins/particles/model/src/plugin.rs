@@ -164,7 +164,7 @@ impl Plugin for Particles {
     const VENDOR: &'static str = "Reef";
     const DESCRIPTION: &'static str =
         "Suspended particles on currents and wave orbits, with levels of detail (Coulais et al. 2005).";
-    const STATE_VERSION: u32 = 1;
+    const STATE_VERSION: u32 = 2;
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
 
@@ -218,17 +218,23 @@ impl Plugin for Particles {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        let State { counts, turns, dt, at: [x, y, z] } = self.cloud.save();
+        let State { counts, turns, dt, at: [x, y, z], jumped, sources } = self.cloud.save();
         state.put("counts", &counts);
         state.put("turns", &turns);
         state.put_one("dt", dt);
         state.put("x", &x);
         state.put("y", &y);
         state.put("z", &z);
+        state.put("jumped", &jumped);
+        state.put("sources", &sources);
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
+        // Version 1 had neither: nothing jumped, and all sources last until it is seen that they move.
+        let known = state.version() > 1;
         let saved = State {
+            jumped: if known { state.get("jumped")? } else { Vec::new() },
+            sources: if known { state.get("sources")? } else { Vec::new() },
             counts: state.get("counts")?,
             turns: state.get("turns")?,
             dt: state.get_one("dt")?,

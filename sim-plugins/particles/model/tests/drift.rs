@@ -107,36 +107,112 @@ fn a_box_is_uniform_after_ten_minutes_of_a_vortex_in_its_middle() {
     assert!(chi > most, "{chi} of at most {most}");
 }
 
-#[test]
-fn a_source_or_sink_leaves_no_crowd_at_the_walls_and_the_number_as_it_was() {
-    let middle = DVec3::new(0.0, -3.0, 0.0);
-    let cases: [(&str, Vec<Flow>); 5] = [
-        ("a source in the middle", vec![local(abi::FLOW_SOURCE, middle, 0.15, 0.3)]),
-        ("a source beside a wall", vec![local(abi::FLOW_SOURCE, DVec3::new(2.7, -2.3, 0.4), 0.15, 0.3)]),
-        ("a hole", vec![local(abi::FLOW_HOLE, middle, 0.15, 0.3)]),
-        ("a source outside", vec![local(abi::FLOW_SOURCE, DVec3::new(5.0, -3.0, 0.0), 0.4, 0.3)]),
-        (
-            "a source and a hole in a current",
-            vec![
-                local(abi::FLOW_SOURCE, DVec3::new(-1.5, -3.0, 0.0), 0.1, 0.3),
-                local(abi::FLOW_HOLE, DVec3::new(1.5, -3.0, 1.0), 0.1, 0.3),
-                current(DVec3::new(0.1, 0.0, 0.06)),
-            ],
-        ),
-    ];
+/// Lets water go through boxes for five minutes, and looks at them after one, two and five; with another seed once more.
+fn stays_even(cases: &[(&str, Vec<Flow>)]) {
     for (name, flow) in cases {
-        let mut cloud = cloud(TALL);
-        run(&mut cloud, &flow, LONG / 2);
-        assert!(inside(&cloud), "{name}");
-        assert_eq!(centers(&cloud, 0).len(), 9000, "{name}");
-        let densest = densest_wall(&cloud);
-        println!("{name}: {densest} at a wall, {:?}", chi_square(&centers(&cloud, 0), [6, 2, 6]));
-        assert!(densest <= 1.2, "{name}: {densest} at a wall");
-        // Nor does all of it end in one place.
-        let (chi, _) = chi_square(&centers(&cloud, 0), [6, 2, 6]);
-        let (all_in_one, cells) = (9000.0 * 71.0, 72.0_f64);
-        assert!(chi < 0.05 * all_in_one / cells.sqrt(), "{name}: {chi}");
+        for (seed, times) in [(5, &[1, 2, 5][..]), (6, &[2])] {
+            let mut cloud = cloud(&format!("{TALL}seed = {seed}\n"));
+            let mut done = 0;
+            for minutes in times {
+                run_on(&mut cloud, flow, done..minutes * LONG / 10);
+                done = minutes * LONG / 10;
+                let name = format!("{name}, seed {seed}, {minutes} min");
+                assert!(inside(&cloud), "{name}");
+                assert_eq!(centers(&cloud, 0).len(), 9000, "{name}");
+                let densest = densest_wall(&cloud);
+                let (chi, most) = chi_square(&centers(&cloud, 0), [6, 2, 6]);
+                println!("{name}: {densest:.3} at a wall, χ² {chi:.0} of {most:.0}");
+                assert!(densest <= 1.2, "{name}: {densest} at a wall");
+                // Twice that of one in a hundred boxes by chance: who wraps keeps his neighbours, and a surge crowds and
+                // thins by V/c, 7 %, as it goes through.
+                assert!(chi < 2.0 * most, "{name}: χ² {chi} of {most}");
+            }
+        }
     }
+}
+
+fn source(x: f64, y: f64, z: f64) -> Flow {
+    local(abi::FLOW_SOURCE, DVec3::new(x, y, z), 0.15, 0.3)
+}
+
+/// A surge whose wave does not fit the box.
+fn travelling() -> Flow {
+    Flow { wave_vector: [0.7, 0.0, 0.2], modulation: 1.0, ..current(DVec3::new(0.1, 0.0, 0.03)) }
+}
+
+fn hole(x: f64, y: f64, z: f64) -> Flow {
+    local(abi::FLOW_HOLE, DVec3::new(x, y, z), 0.15, 0.3)
+}
+
+#[test]
+fn a_source_leaves_no_crowd_at_the_walls_and_the_number_as_it_was() {
+    stays_even(&[
+        ("a source in the middle", vec![source(0.0, -3.0, 0.0)]),
+        ("a source beside a wall", vec![source(2.7, -2.3, 0.4)]),
+        ("a source in a corner", vec![source(2.8, -3.8, 2.8)]),
+        ("a narrow source", vec![local(abi::FLOW_SOURCE, DVec3::new(2.8, -3.0, 0.0), 0.05, 2.0)]),
+        ("a source outside", vec![local(abi::FLOW_SOURCE, DVec3::new(5.0, -3.0, 0.0), 0.4, 0.3)]),
+    ]);
+}
+
+#[test]
+fn a_hole_leaves_no_crowd_at_the_walls_and_the_number_as_it_was() {
+    stays_even(&[
+        ("a hole in the middle", vec![hole(0.0, -3.0, 0.0)]),
+        ("a hole beside a wall", vec![hole(2.7, -2.3, 0.4)]),
+        ("a hole in a wall", vec![hole(3.0, -3.0, 0.0)]),
+        ("a hole in a corner", vec![hole(2.8, -3.8, 2.8)]),
+        ("a strong hole", vec![local(abi::FLOW_HOLE, DVec3::new(2.7, -3.0, 0.0), 0.6, 1.0)]),
+        ("a hole outside", vec![local(abi::FLOW_HOLE, DVec3::new(3.5, -3.0, 0.0), 0.3, 0.3)]),
+    ]);
+}
+
+#[test]
+fn a_source_and_a_hole_leave_no_crowd_at_the_walls_and_the_number_as_it_was() {
+    stays_even(&[
+        ("across the box", vec![source(-2.7, -3.0, 0.0), hole(2.7, -3.0, 0.0)]),
+        ("at one wall", vec![source(2.7, -3.0, 1.5), hole(2.7, -3.0, -1.5)]),
+        ("side by side", vec![source(2.7, -3.0, 0.2), hole(2.7, -3.0, -0.2)]),
+        (
+            "in a current",
+            vec![source(-1.5, -3.0, 0.0), hole(1.5, -3.0, 1.0), current(DVec3::new(0.1, 0.0, 0.06))],
+        ),
+        ("a hole in water that comes and goes", vec![hole(2.7, -3.0, 0.0), travelling()]),
+    ]);
+}
+
+#[test]
+fn water_that_comes_and_goes_leaves_no_crowd_at_the_walls() {
+    stays_even(&[("a surge", vec![travelling()])]);
+}
+
+#[test]
+fn an_eddy_beside_a_wall_leaves_no_crowd_there() {
+    let eddy = |x: f64| vec![local(abi::FLOW_WHIRLWIND, DVec3::new(x, -3.0, 0.0), 0.15, 0.3)];
+    stays_even(&[("at a wall", eddy(2.7)), ("off the middle", eddy(1.0))]);
+}
+
+#[test]
+fn a_hole_that_passes_pushes_the_particles_and_lets_them_go() {
+    // Through the box in ten seconds, or as long in its middle.
+    let taken = |speed: f64| {
+        let mut cloud = cloud(TALL);
+        let camera = blind();
+        let mut taken = 0;
+        let mut before = centers(&cloud, 0);
+        for number in 1..=600 {
+            let along = (speed / 0.6) * (number as f64 / 100.0 - 3.0);
+            let fish = [Flow { reach: 1.0, fade: 0.5, ..hole(along, -3.0, 0.0) }];
+            cloud.advance(&Surroundings { step: number, ..around(&fish, &[], &camera) }, &Levels::default());
+            let after = centers(&cloud, 0);
+            taken += before.iter().zip(&after).filter(|(a, b)| a.distance(**b) > 0.1).count();
+            before = after;
+        }
+        taken
+    };
+    let (passing, staying) = (taken(0.6), taken(0.0));
+    println!("{passing} taken by one that passes, {staying} by one that stays");
+    assert!(staying > 800 && passing * 5 < staying, "{passing} of {staying}");
 }
 
 #[test]

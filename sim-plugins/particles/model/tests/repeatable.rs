@@ -64,6 +64,41 @@ fn a_run_that_is_cut_in_two_goes_on_as_one() {
 }
 
 #[test]
+fn the_picture_of_a_loaded_state_is_that_of_the_saved_one_with_its_jumps() {
+    let flow = [
+        current(DVec3::new(0.3, 0.05, 0.1)),
+        local(abi::FLOW_SOURCE, DVec3::new(4.8, -1.0, 0.0), 0.2, 0.8),
+        local(abi::FLOW_HOLE, DVec3::new(0.0, -3.0, 0.0), 0.5, 0.8),
+    ];
+    let camera = camera(DVec3::new(0.0, -1.2, 9.0), DVec3::new(0.0, -1.0, 0.0));
+    let picture = |cloud: &mut Cloud, number: u64, dt: f64| {
+        let around = Surroundings { step: number, dt, ..around(&flow, &[], &camera) };
+        step(cloud, &around, &no_levels()).0
+    };
+    let mut whole = cloud(BOXES);
+    let last = (1..=40).map(|number| picture(&mut whole, number, DT)).last().expect("steps");
+    let jumps = |sprites: &[Billboard]| sprites.iter().filter(|s| s.flags & abi::FLAG_NO_BLEND != 0).count();
+    assert!(jumps(&last) > 0);
+    let state = whole.save();
+    assert!(state.jumped.len() >= jumps(&last));
+    let mut other = cloud(BOXES);
+    // It has been elsewhere, and jumps of its own.
+    picture(&mut other, 1, DT);
+    other.load(&state).expect("its own state");
+    assert_eq!(other.save(), state);
+    // As after a reload: the step that made the picture is not made again, only its picture.
+    assert!(picture(&mut other, 40, 0.0) == last);
+    assert!(picture(&mut other, 41, DT) == picture(&mut whole, 41, DT));
+
+    let mut bad = state.clone();
+    bad.jumped.push(3778);
+    assert!(other.load(&bad).is_err());
+    let mut bad = state;
+    bad.sources[1] = f64::INFINITY;
+    assert!(other.load(&bad).is_err());
+}
+
+#[test]
 fn a_state_of_other_boxes_is_refused_and_changes_nothing() {
     let mut cloud = cloud(BOXES);
     let own = cloud.save();

@@ -8,6 +8,7 @@ use crate::{
     drift::{Drift, Sight},
     levels::{Band, Choice, Levels, reach},
     ride::{Fades, Follow, Ride},
+    seed,
     view::View,
 };
 
@@ -24,6 +25,7 @@ impl Cloud {
     pub(super) fn prepare(&mut self, around: &Surroundings<'_>) {
         let levels = self.levels;
         self.field.refill(around.flow);
+        self.lasting.refill(around.flow, around.dt);
         self.choosing = levels.trains && !around.waves.is_empty();
         if self.choosing {
             self.choice.update(around.waves, around.depth, around.camera, levels.threshold);
@@ -35,6 +37,8 @@ impl Cloud {
         for swarm in &mut self.swarms {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
             swarm.packed.fill_near(&self.field, bounds, swarm.plan.center, 0);
+            swarm.packed.fit(swarm.plan.extent);
+            swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, 0);
             // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
             let [vx, _, vz] = swarm.packed.uniform();
             self.met.clear();
@@ -76,6 +80,8 @@ impl Swarm {
             uniform,
             turns: extent.map(|e| (around.dt / e) as f32),
             half_step: (0.5 * last_dt) as f32,
+            chance: seed::mix(self.plan.seed ^ seed::mix(around.step)),
+            dt: around.dt as f32,
             still: around.dt <= 0.0,
             all: around.trace,
             before,
@@ -131,7 +137,7 @@ impl Swarm {
         Sphere { center, radius: square.sqrt() + MARGIN }
     }
 
-    pub(super) fn drift<'a>(&self, packed: Option<&'a Packed>) -> Drift<'a> {
+    pub(super) fn drift<'a>(&'a self, packed: Option<&'a Packed>) -> Drift<'a> {
         let now = &self.now;
         Drift {
             packed: packed.filter(|packed| !packed.is_uniform()),
@@ -144,6 +150,9 @@ impl Swarm {
             view: now.sight,
             all: now.all,
             still: now.still,
+            sources: Some(&self.sources).filter(|sources| sources.has_sources()),
+            dt: now.dt,
+            chance: now.chance,
         }
     }
 

@@ -1,4 +1,5 @@
-//! What a later step depends on: where the centres are.
+//! What a later step depends on: where the centres are, and where the sources were. And what a picture of the present one
+//! does: which of the centres jumped.
 
 use super::{Cloud, UNKNOWN, slot_of};
 use crate::drift::WORDS;
@@ -14,20 +15,32 @@ pub struct State {
     pub dt: f64,
     /// Offsets of all centres, box by box in the order of their numbers, one list an axis [2⁻³² of the extent].
     pub at: [Vec<i32>; 3],
+    /// Particles that jumped in the last step, by their places in these lists, ascending: no picture blends them.
+    pub jumped: Vec<u32>,
+    /// Where each source and hole of the sea was in the last step: x, y, z [m, world].
+    pub sources: Vec<f64>,
 }
 
 impl Cloud {
     /// The present state.
     pub fn save(&self) -> State {
-        let mut state = State { dt: self.last_dt, ..State::default() };
+        let sources = self.lasting.places().as_flattened().to_vec();
+        let mut state = State { dt: self.last_dt, sources, ..State::default() };
+        let slots = self.slots();
         for swarm in &self.swarms {
             state.counts.push(swarm.plan.count);
             state.turns.extend(swarm.turns);
-            let first = swarm.pieces.start * self.slots();
+            let first = swarm.pieces.start * slots;
+            let before = state.at[0].len();
             for (own, all) in self.at.iter().zip(&mut state.at) {
                 let count = swarm.plan.count as usize;
                 all.extend((0..count).map(|i| own[first + slot_of(i, self.members, self.groups)]));
             }
+            let jumped = (0..swarm.plan.count as usize).filter(|i| {
+                let slot = first + slot_of(*i, self.members, self.groups);
+                self.jumped[slot / slots][slot % slots / 64] >> (slot % slots % 64) & 1 != 0
+            });
+            state.jumped.extend(jumped.map(|i| (before + i) as u32));
         }
         state
     }
@@ -48,11 +61,20 @@ impl Cloud {
         if !state.dt.is_finite() || state.dt < 0.0 {
             return Err("has a step of no possible length".to_owned());
         }
+        if state.jumped.iter().any(|number| *number as usize >= total) {
+            return Err("has a jump of a particle that is not there".to_owned());
+        }
+        let (sources, rest) = state.sources.as_chunks::<3>();
+        if !rest.is_empty() || !state.sources.iter().all(|v| v.is_finite()) {
+            return Err("has a source that is nowhere".to_owned());
+        }
         self.last_dt = state.dt;
+        self.lasting.restore(sources);
         self.spheres.fill(UNKNOWN);
         self.jumped.fill([0; WORDS]);
         let slots = self.slots();
         let mut done = 0;
+        let mut jumped = state.jumped.iter().map(|number| *number as usize).peekable();
         for (swarm, turns) in self.swarms.iter_mut().zip(state.turns.chunks_exact(3)) {
             swarm.turns.copy_from_slice(turns);
             let first = swarm.pieces.start * slots;
@@ -61,6 +83,10 @@ impl Cloud {
                 for (i, place) in all[done..done + count].iter().enumerate() {
                     own[first + slot_of(i, self.members, self.groups)] = *place;
                 }
+            }
+            while let Some(number) = jumped.next_if(|number| (done..done + count).contains(number)) {
+                let slot = first + slot_of(number - done, self.members, self.groups);
+                self.jumped[slot / slots][slot % slots / 64] |= 1 << (slot % slots % 64);
             }
             done += count;
         }

@@ -123,9 +123,18 @@ pub fn step(cloud: &mut Cloud, around: &Surroundings<'_>, levels: &Levels) -> (V
 
 /// Many steps that nobody looks at.
 pub fn run(cloud: &mut Cloud, flow: &[Flow], steps: u64) {
+    run_on(cloud, flow, 0..steps);
+}
+
+/// The steps after the first of these, up to the last. Currents that travel do so in 6 s.
+pub fn run_on(cloud: &mut Cloud, flow: &[Flow], steps: core::ops::Range<u64>) {
     let camera = blind();
-    for number in 1..=steps {
-        let around = Surroundings { step: number, ..around(flow, &[], &camera) };
+    let mut flow = flow.to_vec();
+    for number in steps.start + 1..=steps.end {
+        for flow in flow.iter_mut().filter(|flow| flow.modulation != 0.0) {
+            flow.phase = -((number % 360) as f32 / 360.0 * core::f32::consts::TAU);
+        }
+        let around = Surroundings { step: number, ..around(&flow, &[], &camera) };
         cloud.advance(&around, &Levels::default());
     }
 }
