@@ -2,6 +2,7 @@
 //! overwritten in place is read once it is whole, and whatever came last is read last.
 //!
 //! A file counts as changed when its bytes differ from those that were read last: no clock is fine enough for builds in a row.
+//! The debug information of libraries is left out, see [`Image`].
 //! It is whole when the kernel says that nobody has it open for writing (see [`super::lease`]); where it does
 //! not tell, when it was closed or renamed into place, or has been quiet for a while.
 
@@ -9,7 +10,7 @@ use std::{
     collections::HashMap,
     ffi::OsString,
     fs::{self, File},
-    io::Read,
+    io,
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant, SystemTime},
@@ -21,6 +22,7 @@ use notify::{
 };
 
 use super::lease::{Lease, Writers};
+use crate::plugin::image::Image;
 
 /// Where nobody says that a file is whole: it has not changed for so long.
 const QUIET: Duration = Duration::from_millis(150);
@@ -71,7 +73,7 @@ struct Known {
     /// Of what was there when the watch began.
     stamp: Option<Stamp>,
     /// What was read last.
-    last: Option<Arc<Vec<u8>>>,
+    last: Option<Arc<Image<'static>>>,
     dirty: Option<Dirty>,
 }
 
@@ -81,7 +83,7 @@ pub(super) struct Change {
     /// The file, as it was named to [`Files::add`], or in a folder as that was.
     pub(super) path: PathBuf,
     /// What is in it; `Err`: why it cannot be read, or is not whole in spite of all patience.
-    pub(super) content: Result<Arc<Vec<u8>>, String>,
+    pub(super) content: Result<Arc<Image<'static>>, String>,
 }
 
 /// The files and folders that are watched.
@@ -199,7 +201,7 @@ impl Files {
     }
 
     /// Files that changed and are whole now. `whole`: may this content be used, or is it a part of what is to come?
-    pub(super) fn changes(&mut self, whole: impl Fn(&Path, &[u8]) -> bool) -> Vec<Change> {
+    pub(super) fn changes(&mut self, whole: impl Fn(&Path, &Image<'_>) -> bool) -> Vec<Change> {
         let now = Instant::now();
         self.find_lost_folders(now);
         let mut changes = Vec::new();
@@ -219,10 +221,10 @@ impl Files {
                     dirty.next = now + PATIENCE;
                 }
                 Look::Part(_) if patient => {}
-                Look::Part(bytes) | Look::Whole(bytes) => {
-                    let bytes = Arc::new(bytes);
-                    (known.stamp, known.last, known.dirty) = (None, Some(bytes.clone()), None);
-                    changes.push(Change { path, content: Ok(bytes) });
+                Look::Part(image) | Look::Whole(image) => {
+                    let image = Arc::new(image);
+                    (known.stamp, known.last, known.dirty) = (None, Some(image.clone()), None);
+                    changes.push(Change { path, content: Ok(image) });
                 }
                 Look::Gone => known.dirty = None,
                 Look::Unreadable(_) if patient => {}
@@ -264,8 +266,8 @@ enum Look {
     /// Somebody writes it.
     Later,
     /// Whole as far as the system tells, but a part by its content.
-    Part(Vec<u8>),
-    Whole(Vec<u8>),
+    Part(Image<'static>),
+    Whole(Image<'static>),
     Gone,
     Unreadable(String),
 }
@@ -273,12 +275,12 @@ enum Look {
 fn look(
     path: &Path,
     known: Option<&Stamp>,
-    last: Option<&Vec<u8>>,
+    last: Option<&Image<'_>>,
     dirty: &Dirty,
     now: Instant,
-    whole: &impl Fn(&Path, &[u8]) -> bool,
+    whole: &impl Fn(&Path, &Image<'_>) -> bool,
 ) -> Look {
-    let mut file = match File::open(path) {
+    let file = match File::open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Look::Gone,
         Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
@@ -290,11 +292,7 @@ fn look(
     if before.length > LARGEST || !file.metadata().is_ok_and(|data| data.is_file()) {
         return Look::Unreadable(format!("is no file of at most {LARGEST} bytes"));
     }
-    let copy = match file.try_clone() {
-        Ok(copy) => copy,
-        Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
-    };
-    let lease = Lease::new(&copy);
+    let lease = Lease::new(&file);
     let quiet = now.duration_since(dirty.heard) >= QUIET;
     match lease.writers {
         Writers::None => {}
@@ -302,16 +300,17 @@ fn look(
         Writers::Unknown if dirty.closed || quiet => {}
         Writers::Unknown => return Look::Later,
     }
-    let mut bytes = Vec::with_capacity(before.length as usize);
-    if let Err(error) = file.read_to_end(&mut bytes) {
-        return Look::Unreadable(format!("cannot be read: {error}"));
-    }
+    let image = match Image::read(&file, before.length) {
+        Ok(image) => image,
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Look::Later,
+        Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
+    };
     if lease.writers == Writers::Unknown && stamp(&file) != Some(before) {
         return Look::Later;
     }
     match last {
-        Some(last) if *last == bytes => Look::Same,
-        _ if whole(path, &bytes) => Look::Whole(bytes),
-        _ => Look::Part(bytes),
+        Some(last) if *last == image => Look::Same,
+        _ if whole(path, &image) => Look::Whole(image),
+        _ => Look::Part(image),
     }
 }

@@ -83,6 +83,17 @@ pub struct Counts {
     pub scenes: u64,
 }
 
+/// When a newer build came.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// It was seen to be whole.
+    pub seen: Instant,
+    /// It was loaded.
+    pub loaded: Instant,
+    /// Its instances took the others' places.
+    pub taken: Instant,
+}
+
 /// Something to be done, one at a time.
 #[derive(Debug)]
 enum Wish {
@@ -112,6 +123,7 @@ pub struct Live {
     running: Option<Running>,
     notices: VecDeque<Notice>,
     counts: Counts,
+    arrival: Option<Arrival>,
     grace: Duration,
     /// Of the command line.
     seed: Option<u64>,
@@ -179,6 +191,7 @@ impl Live {
             running: None,
             notices: VecDeque::new(),
             counts: Counts::default(),
+            arrival: None,
             grace: GRACE,
             seed,
             assets,
@@ -226,6 +239,11 @@ impl Live {
     /// What has happened so far.
     pub fn counts(&self) -> Counts {
         self.counts
+    }
+
+    /// When the build came whose instances were the last to take others' places.
+    pub fn arrival(&self) -> Option<Arrival> {
+        self.arrival
     }
 
     /// What people should know and nobody took yet. The log has it already.
@@ -325,8 +343,8 @@ impl Live {
             // Taken up by `tend`: there is nothing to wait for.
             Wish::Scene(..) => {}
             Wish::Retry(module) => {
-                let newest = world.instance(module).and_then(|instance| {
-                    Some(self.ledger.newest(instance.plugin()).unwrap_or_else(|| instance.plugin().clone()))
+                let newest = world.instance(module).map(|instance| {
+                    self.ledger.newest(instance.plugin()).unwrap_or_else(|| instance.plugin().clone())
                 });
                 let job = newest.and_then(|plugin| world.order_retry(module, &plugin));
                 self.work(job, None, vec![module]);
@@ -457,7 +475,9 @@ impl Live {
         let names = names(world, &modules);
         match (job.purpose, library) {
             (_, Some(new)) => {
-                let took = new.seen.elapsed().as_secs_f64() * 1e3;
+                let (seen, loaded, taken) = (new.seen, new.loaded, Instant::now());
+                self.arrival = Some(Arrival { seen, loaded, taken });
+                let took = (taken - seen).as_secs_f64() * 1e3;
                 let path = new.path.clone();
                 let text = self.take(world, &path, new);
                 self.tell(world, Gravity::Info, format!("{text}: {names} carried on ({took:.1} ms)"));

@@ -13,7 +13,7 @@ use std::{
 
 use super::files::{Change, Files};
 use crate::{
-    plugin::{Library, Plugin, Refusal, Registry, inspect},
+    plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect},
     world::{
         WorldError,
         adopt::{Before, Edition},
@@ -69,6 +69,8 @@ pub(super) struct NewLibrary {
     pub(super) plugins: Vec<Plugin>,
     /// When it was first seen to be whole.
     pub(super) seen: Instant,
+    /// When it was loaded.
+    pub(super) loaded: Instant,
 }
 
 /// The thread's side.
@@ -142,8 +144,10 @@ impl Workshop {
             let seen = Instant::now();
             let found = match content {
                 Err(problem) => Found::Refused { path, problem },
-                Ok(bytes) if is_library(&path) => match Library::load_bytes(&path, &bytes, self.workers) {
-                    Ok((library, plugins)) => Found::Library(NewLibrary { path, library, plugins, seen }),
+                Ok(image) if is_library(&path) => match Library::load_image(&path, &image, self.workers) {
+                    Ok((library, plugins)) => {
+                        Found::Library(NewLibrary { path, library, plugins, seen, loaded: Instant::now() })
+                    }
                     Err(reason) => Found::Refused { path, problem: reason.to_string() },
                 },
                 Ok(_) => {
@@ -170,10 +174,10 @@ pub(super) fn is_library(path: &Path) -> bool {
 }
 
 /// May this content be used, or is it a part of what is to come?
-fn is_whole(path: &Path, bytes: &[u8]) -> bool {
+fn is_whole(path: &Path, image: &Image<'_>) -> bool {
     if !is_library(path) {
-        return !bytes.is_empty();
+        return image.length() > 0;
     }
-    let head = inspect::inspect(bytes);
+    let head = inspect::inspect(image);
     !matches!(head, Err(Refusal::Empty | Refusal::Cut { .. } | Refusal::NoLibrary(_)))
 }

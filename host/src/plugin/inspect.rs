@@ -1,12 +1,15 @@
 //! Reads a library's file without running any of it: is it a library of this machine, is it a plugin, does it speak this
 //! host's contract?
 
-use std::{fs, path::Path};
+use std::{
+    fs::{self, File},
+    path::Path,
+};
 
 use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
 
-use super::{error::Refusal, services::version_text};
+use super::{error::Refusal, image::Image, services::version_text};
 
 /// Largest file that is looked at [bytes].
 const LARGEST: u64 = 1 << 30;
@@ -34,8 +37,8 @@ pub struct Contract {
 /// This host's.
 pub const CONTRACT: Contract = Contract { version: abi::VERSION, header_hash: abi::HEADER_HASH };
 
-/// Reads a whole file that might be a plugin.
-pub fn read(path: &Path) -> Result<Vec<u8>, Refusal> {
+/// Reads a file that might be a plugin.
+pub fn read(path: &Path) -> Result<Image<'static>, Refusal> {
     let unreadable = |error: std::io::Error| Refusal::Unreadable(error.to_string());
     let metadata = fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
@@ -47,15 +50,18 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Refusal> {
     if !metadata.is_file() {
         return Err(Refusal::Unreadable("it is no regular file".into()));
     }
-    fs::read(path).map_err(unreadable)
+    Image::read(&File::open(path).map_err(unreadable)?, metadata.len()).map_err(unreadable)
 }
 
-/// Looks for the entry in a library's bytes.
-pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
-    if bytes.is_empty() {
+/// A library's file, taken apart.
+pub(crate) type Parsed<'a> = object::File<'a, &'a Image<'a>>;
+
+/// Looks for the entry in a library.
+pub fn inspect(image: &Image<'_>) -> Result<Head, Refusal> {
+    if image.length() == 0 {
         return Err(Refusal::Empty);
     }
-    let file = object::File::parse(bytes).map_err(|error| Refusal::NoLibrary(error.to_string()))?;
+    let file = parse(image)?;
     let found = machine(&file);
     let own = own_machine();
     if found != own {
@@ -64,7 +70,7 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
     if file.kind() != object::ObjectKind::Dynamic {
         return Err(Refusal::NoLibrary("it is a program or an object file".into()));
     }
-    whole(&file, bytes.len() as u64)?;
+    whole(&file, image.length())?;
     let entry = find_entry(&file)?;
     let head = entry_bytes(&file, entry, HEAD)?;
     let number = |at: usize| u64::from_ne_bytes(std::array::from_fn(|i| head[at + i]));
@@ -76,15 +82,20 @@ pub fn inspect(bytes: &[u8]) -> Result<Head, Refusal> {
     Ok(Head { size: half(0), version: half(4), header_hash: number(16) })
 }
 
+/// Takes a library's file apart.
+pub(crate) fn parse<'a>(image: &'a Image<'a>) -> Result<Parsed<'a>, Refusal> {
+    object::File::parse(image).map_err(|error| Refusal::NoLibrary(error.to_string()))
+}
+
 /// A word of 32 bits of the entry, at this offset in it.
-pub(crate) fn entry_word(bytes: &[u8], offset: usize) -> Result<u32, Refusal> {
-    let file = object::File::parse(bytes).map_err(|error| Refusal::NoLibrary(error.to_string()))?;
+pub(crate) fn entry_word(image: &Image<'_>, offset: usize) -> Result<u32, Refusal> {
+    let file = parse(image)?;
     let entry = entry_bytes(&file, find_entry(&file)?, offset + 4)?;
     Ok(u32::from_ne_bytes(std::array::from_fn(|i| entry[offset + i])))
 }
 
 /// The address of the exported entry.
-fn find_entry(file: &object::File<'_>) -> Result<u64, Refusal> {
+fn find_entry(file: &Parsed<'_>) -> Result<u64, Refusal> {
     let exports = file.exports().map_err(|error| Refusal::NoLibrary(error.to_string()))?;
     let symbol = abi::ENTRY_SYMBOL.as_bytes();
     let is_entry = |name: &[u8]| name == symbol || name.strip_prefix(b"_") == Some(symbol);
@@ -100,7 +111,7 @@ fn find_entry(file: &object::File<'_>) -> Result<u64, Refusal> {
 }
 
 /// Are all sections and segments inside of the file? One that is cut crashes whoever maps it.
-fn whole(file: &object::File<'_>, has: u64) -> Result<(), Refusal> {
+fn whole(file: &Parsed<'_>, has: u64) -> Result<(), Refusal> {
     let sections = file.sections().filter_map(|section| section.file_range());
     let segments = file.segments().map(|segment| segment.file_range());
     let needs = sections.chain(segments).map(|(start, size)| start.saturating_add(size)).max().unwrap_or(0);
@@ -111,7 +122,7 @@ fn whole(file: &object::File<'_>, has: u64) -> Result<(), Refusal> {
 const HEAD: usize = 24;
 
 /// The first `length` bytes at an address.
-fn entry_bytes<'a>(file: &object::File<'a>, address: u64, length: usize) -> Result<&'a [u8], Refusal> {
+fn entry_bytes<'a>(file: &Parsed<'a>, address: u64, length: usize) -> Result<&'a [u8], Refusal> {
     let find = || {
         let section = file.sections().find(|s| (s.address()..s.address() + s.size()).contains(&address))?;
         let data = section.data().ok()?;
@@ -121,7 +132,7 @@ fn entry_bytes<'a>(file: &object::File<'a>, address: u64, length: usize) -> Resu
     find().ok_or_else(|| Refusal::BadEntry("the file has no bytes for it".into()))
 }
 
-fn machine(file: &object::File<'_>) -> String {
+fn machine(file: &Parsed<'_>) -> String {
     let bits = if file.is_64() { 64 } else { 32 };
     let order = if file.is_little_endian() { "little-endian" } else { "big-endian" };
     format!("{:?} {:?} ({bits} bits, {order})", file.format(), file.architecture())
@@ -208,15 +219,16 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_library_are_refused() {
-        assert_eq!(inspect(b""), Err(Refusal::Empty));
-        assert!(matches!(inspect(b"#!/bin/sh\necho hello, this is a script\n"), Err(Refusal::NoLibrary(_))));
-        assert!(matches!(inspect(&[0x7f, b'E', b'L', b'F', 2, 1, 1]), Err(Refusal::NoLibrary(_))));
+        assert_eq!(inspect(&Image::whole(b"")), Err(Refusal::Empty));
+        for bytes in [&b"#!/bin/sh\necho hello, this is a script\n"[..], b"\x7fELF\x02\x01\x01"] {
+            assert!(matches!(inspect(&Image::whole(bytes)), Err(Refusal::NoLibrary(_))));
+        }
     }
 
     #[test]
     fn a_program_is_no_library() {
         let own = std::env::current_exe().unwrap();
-        let refusal = inspect(&fs::read(own).unwrap()).unwrap_err();
+        let refusal = inspect(&read(&own).unwrap()).unwrap_err();
         assert!(matches!(refusal, Refusal::NoEntry | Refusal::NoLibrary(_)), "{refusal}");
     }
 }

@@ -3,7 +3,6 @@
 use std::{
     collections::HashMap,
     fs,
-    io::Write,
     path::{Path, PathBuf},
     sync::{
         Arc, Mutex, PoisonError,
@@ -15,9 +14,11 @@ use std::{
 use reef_abi as abi;
 
 use super::{
+    copies,
     error::Refusal,
     generation::Generation,
     guard::Text,
+    image::Image,
     info::{self, PluginInfo, read_sized},
     inspect::{self, CONTRACT, Head},
     services::{Services, version_text},
@@ -104,29 +105,29 @@ impl Library {
     /// Loads a file on `workers` threads of its own. Nothing of it runs before it was found to be a plugin for this
     /// host.
     pub fn load(path: &Path, workers: usize) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
-        Self::load_bytes(path, &inspect::read(path)?, workers)
+        Self::load_image(path, &inspect::read(path)?, workers)
     }
 
     /// The same for a file that was read before: what was looked at is what gets loaded, whatever happens to the file.
-    pub fn load_bytes(
+    pub fn load_image(
         path: &Path,
-        bytes: &[u8],
+        image: &Image<'_>,
         workers: usize,
     ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
-        Self::open_bytes(path, bytes, workers)?.describe()
+        Self::open_image(path, image, workers)?.describe()
     }
 
     /// Loads and opens a library whose descriptors nobody has read yet.
-    pub(crate) fn open_bytes(path: &Path, bytes: &[u8], workers: usize) -> Result<Self, Refusal> {
-        let head = inspect::inspect(bytes)?;
+    pub(crate) fn open_image(path: &Path, image: &Image<'_>, workers: usize) -> Result<Self, Refusal> {
+        let head = inspect::inspect(image)?;
         let note = inspect::judge(head, CONTRACT)?;
         let generation = start(workers)?;
-        let copy = copy(path, bytes)?;
-        // Constructors of the library run here: not on the caller's thread.
         let name = file_name(path);
-        let opened = generation.enter(&name, "load", || open_file(copy.path())).map_err(Refusal::Fault)?;
-        let (handle, address) = opened?;
-        let (loaded, entry) = (Loaded { handle, address, name: copy.path().into() }, address);
+        // Constructors of the library run here: not on the caller's thread.
+        let open =
+            |copy: &Path| generation.enter(&name, "load", || open_file(copy)).map_err(Refusal::Fault)?;
+        let ((handle, address), copy) = copies::with_copy(path, image, open)?;
+        let (loaded, entry) = (Loaded { handle, address, name: copy }, address);
         generation.fate().set_text(Text::of(address));
         // From here on, dropping `open` unloads the library again.
         let services = Services::new(&generation, &name);
@@ -380,24 +381,6 @@ fn start(workers: usize) -> Result<Generation, Refusal> {
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Copies the library to a name that was never loaded: a file that is overwritten while it is mapped crashes the process,
-/// and the loader returns old code for an old name.
-fn copy(path: &Path, bytes: &[u8]) -> Result<tempfile::NamedTempFile, Refusal> {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let prefix = format!("{stem}-");
-    let suffix = std::env::consts::DLL_SUFFIX;
-    let write = |folder: &Path| -> std::io::Result<tempfile::NamedTempFile> {
-        let mut file = tempfile::Builder::new().prefix(&prefix).suffix(suffix).tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        file.flush()?;
-        Ok(file)
-    };
-    let folder = std::env::temp_dir();
-    write(&folder).map_err(|error| {
-        Refusal::Machine(format!("it cannot be copied to {} (set TMPDIR): {error}", folder.display()))
-    })
 }
 
 /// Opens a file with the system's loader and finds the entry. Runs the library's constructors.

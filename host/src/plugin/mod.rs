@@ -1,8 +1,8 @@
 //! The host's side of the contract: finding, checking and loading libraries, calling them on threads of their own, and
 //! taking over what they emit.
 //!
-//! In the order in which things happen: [`inspect`] reads a file without running it; [`library`] opens it on the
-//! threads of its [`generation`]; [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
+//! In the order in which things happen: [`inspect`] reads a file without running it, as an [`image`]; [`library`] opens
+//! one of its [`copies`] on the threads of its [`generation`]; [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
 //! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`streams::check`] has looked at, with the
 //! [`textures`] that an instance made;
 //! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused.
@@ -16,10 +16,12 @@
 
 #[cfg(target_os = "linux")]
 pub(crate) mod bare;
+pub mod copies;
 pub mod envelope;
 mod error;
 pub mod generation;
 pub mod guard;
+pub mod image;
 pub mod info;
 pub mod input;
 pub mod inspect;

@@ -15,7 +15,7 @@ use std::{
 };
 
 use reef::{
-    plugin::{Health, Library, Limits, Plugin, set_limits},
+    plugin::{Health, Library, Limits, Plugin, image::Image, set_limits},
     world::{
         World,
         hash::{Chain, Digest},
@@ -160,7 +160,8 @@ impl Struck {
     /// Offers a striking build; false: it was refused.
     fn reload(&mut self) -> bool {
         let path = std::path::Path::new("libstriking.so");
-        let (library, plugins) = Library::load_bytes(path, &another(self.striking.clone()), 2).unwrap();
+        let (library, plugins) =
+            Library::load_image(path, &Image::whole(&another(self.striking.clone())), 2).unwrap();
         let job = self.world.order_reload(&plugins).unwrap().unwrap();
         drop((library, plugins));
         match self.outcome(&job) {

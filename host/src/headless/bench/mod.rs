@@ -3,6 +3,7 @@
 
 pub mod allocations;
 mod billboards;
+pub mod churn;
 mod contract;
 mod fibre;
 pub mod measure;
@@ -41,6 +42,7 @@ const BENCHES: &[Bench] = &[
         about: "milliseconds a frame of 100 000 sprites in front of the eye, and around it",
         run: billboards::run,
     },
+    Bench { name: "churn", about: "what ten thousand reloads of each plugin leave behind", run: churn::run },
     Bench {
         name: "contract",
         about: "what the contract costs: a guarded call, and a step beside the same model without it",
@@ -53,7 +55,7 @@ const BENCHES: &[Bench] = &[
     },
     Bench {
         name: "reload",
-        about: "what ten thousand reloads leave behind, and how soon a new build's first step comes",
+        about: "how soon a new build's first step comes after its file is renamed into place",
         run: reload::run,
     },
     Bench {

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::plugin::{
     Refusal,
-    inspect::{self, CONTRACT, Contract, Head},
+    inspect::{self, CONTRACT, Contract, Head, Parsed},
 };
 
 const SYMBOL: &str = "A plugin is a dynamic library with one exported data symbol, `reef_sim_entry`.";
@@ -113,12 +113,12 @@ pub(super) const CHECKS: &[Check] = &[
 pub(super) const SOUND: &[&str] =
     &["entry-symbol", "entry-magic", "entry-version", "entry-header", "entry-size"];
 
-fn parse(subject: &Subject) -> Result<object::File<'_>, Not> {
-    object::File::parse(&*subject.bytes).map_err(|error| Not::Kept(format!("it cannot be read: {error}")))
+fn parse(subject: &Subject) -> Result<Parsed<'_>, Not> {
+    Ok(inspect::parse(&subject.image)?)
 }
 
 fn library(subject: &Subject) -> Outcome {
-    match inspect::inspect(&subject.bytes) {
+    match inspect::inspect(&subject.image) {
         // What the entry is like is for other checks.
         Ok(_) | Err(Refusal::NoEntry | Refusal::BadEntry(_)) => Ok(None),
         Err(refusal) => broken!("the file {refusal}"),
@@ -159,7 +159,7 @@ fn nodelete(subject: &Subject) -> Outcome {
 }
 
 fn symbol(subject: &Subject) -> Outcome {
-    match inspect::inspect(&subject.bytes) {
+    match inspect::inspect(&subject.image) {
         Ok(_) | Err(Refusal::BadEntry(_)) => Ok(None),
         Err(refusal) => broken!("the library {refusal}"),
     }
@@ -177,7 +177,7 @@ fn data(subject: &Subject) -> Outcome {
 
 /// The entry's head, wherever it is sound enough to have one.
 fn head(subject: &Subject) -> Result<Head, Not> {
-    Ok(inspect::inspect(&subject.bytes)?)
+    Ok(inspect::inspect(&subject.image)?)
 }
 
 fn magic(subject: &Subject) -> Outcome {
@@ -213,7 +213,7 @@ fn size(subject: &Subject) -> Outcome {
 }
 
 fn spare(subject: &Subject) -> Outcome {
-    let spare = inspect::entry_word(&subject.bytes, std::mem::offset_of!(abi::Entry, spare))?;
+    let spare = inspect::entry_word(&subject.image, std::mem::offset_of!(abi::Entry, spare))?;
     must!(spare == 0, "its spare field is {spare:#x}");
     Ok(None)
 }

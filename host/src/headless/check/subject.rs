@@ -20,7 +20,7 @@ use crate::{
     cli::Common,
     plugin::{
         Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
-        envelope::Envelope, inspect, streams::Outputs,
+        envelope::Envelope, image::Image, inspect, streams::Outputs,
     },
     world::assets,
 };
@@ -33,7 +33,7 @@ pub(super) struct Subject {
     /// The library's file.
     pub(super) path: PathBuf,
     /// What is in it.
-    pub(super) bytes: Vec<u8>,
+    pub(super) image: Image<'static>,
     /// Which of its plugins; None: the only one.
     pub(super) plugin: Option<String>,
     pub(super) config: Config,
@@ -46,7 +46,7 @@ impl Subject {
     /// Err: the file cannot be read.
     pub(super) fn new(common: &Common, args: &Args, path: &Path, config: Config) -> Result<Self, String> {
         Ok(Self {
-            bytes: inspect::read(path).map_err(|refusal| refusal.to_string())?,
+            image: inspect::read(path).map_err(|refusal| refusal.to_string())?,
             path: path.to_owned(),
             plugin: args.plugin.clone(),
             config,
@@ -58,7 +58,7 @@ impl Subject {
 
     /// Loads and opens the library.
     pub(super) fn open(&self, workers: usize) -> Result<Library, Not> {
-        Ok(Library::open_bytes(&self.path, &self.bytes, workers)?)
+        Ok(Library::open_image(&self.path, &self.image, workers)?)
     }
 
     /// Its descriptors as they stand.
@@ -69,7 +69,7 @@ impl Subject {
 
     /// The plugin, in a library that was loaded anew.
     pub(super) fn load(&self, workers: usize) -> Result<Plugin, Not> {
-        let (_, plugins) = Library::load_bytes(&self.path, &self.bytes, workers)?;
+        let (_, plugins) = Library::load_image(&self.path, &self.image, workers)?;
         let mut plugins = plugins.into_iter();
         match &self.plugin {
             None => plugins.next(),
