@@ -28,6 +28,11 @@ use tempfile::TempDir;
 
 /// Builds of the growing fixture, by their features.
 fn builds(features: &str) -> Vec<u8> {
+    fs::read(build_file(features)).expect("a build")
+}
+
+/// The same as files, which stay until this program ends.
+fn build_file(features: &str) -> PathBuf {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| tempfile::tempdir().expect("a folder for builds"));
     let features = if features.is_empty() { "default-none" } else { features };
@@ -37,7 +42,7 @@ fn builds(features: &str) -> Vec<u8> {
     if !kept.is_file() {
         variant("reef-fixture-growing", "reef_fixture_growing", features, folder.path());
     }
-    fs::read(kept).expect("a build")
+    kept
 }
 
 /// A sea of this scene, whose modules are all of one build, and that build; each state is saved every so many steps.

@@ -3,19 +3,19 @@
 //! makes a thousand.
 
 use std::{
-    env,
-    fmt::Write as _,
+    env, fs,
+    path::Path,
     sync::{
         Arc, Mutex,
         atomic::{AtomicUsize, Ordering},
         mpsc,
     },
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use reef::{
-    plugin::{Health, Library, Limits, Plugin, image::Image, set_limits},
+    plugin::{Health, Library, Limits, Plugin, image::Image, inspect, set_limits},
     world::{
         World,
         hash::{Chain, Digest},
@@ -24,7 +24,7 @@ use reef::{
 };
 use reef_tests::child;
 
-use crate::{another, builds, sea_of};
+use crate::{build_file, sea_of};
 
 /// What ends a plugin's code, or does not let it end.
 const STRIKES: [&str; 10] = [
@@ -45,63 +45,93 @@ const CALLS: [&str; 6] = ["create", "step", "job", "worker", "save", "load"];
 const OUTPUTS: [&str; 3] = ["not_a_number", "infinite", "too_much"];
 /// Faults of one process: what is quarantined stays until its end.
 const OF_A_PROCESS: usize = 100;
+/// Processes side by side whose faults wait rather than work.
+const WAITING: usize = 16;
 
 /// How many of each.
 fn wanted() -> usize {
     env::var("REEF_FAULTS").ok().and_then(|count| count.parse().ok()).unwrap_or(2)
 }
 
+/// A fault in a call, and how often it was survived.
+struct Cell {
+    fault: String,
+    call: &'static str,
+    survived: AtomicUsize,
+    /// Time of its processes [ms].
+    took: AtomicUsize,
+}
+
 #[test]
 fn every_fault_in_every_call_is_survived_and_the_sea_is_as_with_the_sound_build() {
-    for features in ["", "striking"] {
-        builds(features); // Before the children look for them.
-    }
-    let cells: Vec<(String, String)> = STRIKES
+    let cell = |fault, call| Cell { fault, call, survived: AtomicUsize::new(0), took: AtomicUsize::new(0) };
+    let strikes = STRIKES
         .iter()
-        .flat_map(|strike| {
-            CALLS.iter().map(move |call| (format!("strike = \"{strike}\""), (*call).to_owned()))
-        })
-        .chain(OUTPUTS.iter().map(|outputs| (format!("outputs = \"{outputs}\""), "step".to_owned())))
-        .collect();
-    let count = wanted();
-    let next = AtomicUsize::new(0);
-    let lines = Mutex::new(String::new());
+        .flat_map(|strike| CALLS.iter().map(move |call| cell(format!("strike = \"{strike}\""), call)));
+    let outputs = OUTPUTS.iter().map(|outputs| cell(format!("outputs = \"{outputs}\""), "step"));
+    let cells: Vec<Cell> = strikes.chain(outputs).collect();
+    // A deadlock is most of a second of waiting: many at once, beside those that keep the processors busy.
+    let (waiting, working) = cells.iter().partition(|cell| cell.fault.contains("deadlock"));
     let failures = Mutex::new(String::new());
+    let processors = thread::available_parallelism().map_or(1, usize::from);
     thread::scope(|scope| {
-        for _ in 0..2 {
+        scope.spawn(|| strike_all(waiting, WAITING, &failures));
+        scope.spawn(|| strike_all(working, processors, &failures));
+    });
+    let count = wanted();
+    for Cell { fault, call, survived, took } in &cells {
+        let (survived, took) = (survived.load(Ordering::Relaxed), took.load(Ordering::Relaxed));
+        println!("{survived} of {count}, {} ms each: {fault} in {call}", took / survived.max(1));
+    }
+    let failures = failures.into_inner().unwrap();
+    assert!(failures.is_empty(), "{failures}");
+    assert!(cells.iter().all(|cell| cell.survived.load(Ordering::Relaxed) == count));
+}
+
+/// Makes the faults of these cells, in so many processes at a time.
+fn strike_all(cells: Vec<&Cell>, at_once: usize, failures: &Mutex<String>) {
+    let count = wanted();
+    let (sound, striking) = (build_file(""), build_file("striking"));
+    let turns = (0..count).step_by(OF_A_PROCESS).flat_map(|from| cells.iter().map(move |cell| (from, *cell)));
+    let turns = Mutex::new(turns);
+    thread::scope(|scope| {
+        for _ in 0..at_once {
             scope.spawn(|| {
-                while let Some((fault, call)) = cells.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let mut survived = 0;
-                    while survived < count {
-                        let some = (count - survived).min(OF_A_PROCESS);
-                        let task = format!("{some}\n{fault}\nwhere = \"{call}\"\n");
-                        let limit = Duration::from_secs(60 + some as u64);
-                        let ended = child::run("strikes::child_that_is_struck", &task, limit);
-                        if !ended.status.is_some_and(|status| status.success()) {
-                            let text = format!("{fault} in {call}, after {survived}: {ended:#?}\n");
-                            failures.lock().unwrap().push_str(&text);
-                            break;
-                        }
-                        survived += some;
+                loop {
+                    let Some((from, cell)) = turns.lock().unwrap().next() else { return };
+                    let Cell { fault, call, survived, took } = cell;
+                    let some = (count - from).min(OF_A_PROCESS);
+                    let task = format!(
+                        "{some}\n{}\n{}\n{fault}\nwhere = \"{call}\"\n",
+                        sound.display(),
+                        striking.display()
+                    );
+                    let began = Instant::now();
+                    let limit = Duration::from_secs(60 + 2 * some as u64);
+                    let ended = child::run("strikes::child_that_is_struck", &task, limit);
+                    took.fetch_add(began.elapsed().as_millis() as usize, Ordering::Relaxed);
+                    if ended.status.is_some_and(|status| status.success()) {
+                        survived.fetch_add(some, Ordering::Relaxed);
+                    } else {
+                        let text = format!("{fault} in {call}, after {from}: {ended:#?}\n");
+                        failures.lock().unwrap().push_str(&text);
                     }
-                    let _ = writeln!(lines.lock().unwrap(), "{survived} of {count}: {fault} in {call}");
                 }
             });
         }
     });
-    println!("{}", lines.into_inner().unwrap());
-    let failures = failures.into_inner().unwrap();
-    assert!(failures.is_empty(), "{failures}");
 }
 
 #[test]
 #[ignore = "in a process of its own"]
 fn child_that_is_struck() {
     let Some(task) = child::task() else { return };
-    let (count, table) = task.split_once('\n').unwrap();
+    let [count, sound, striking, table] = task.splitn(4, '\n').collect::<Vec<_>>()[..] else {
+        panic!("no task: {task}");
+    };
     let limit = Duration::from_millis(20);
     set_limits(Limits { step: limit, other: limit, grace: Duration::from_millis(10) });
-    Struck::new(table).strike(count.parse().unwrap());
+    Struck::new(Path::new(sound), Path::new(striking), table).strike(count.parse().unwrap());
 }
 
 /// Two seas of the same two modules; strange builds come to one of them.
@@ -109,21 +139,22 @@ struct Struck {
     world: World,
     reference: World,
     sound: Plugin,
-    striking: Vec<u8>,
+    striking: Image<'static>,
     jobs: mpsc::Sender<Arc<Job>>,
 }
 
 impl Struck {
-    fn new(table: &str) -> Self {
+    fn new(sound: &Path, striking: &Path, table: &str) -> Self {
         let scene = format!(
             "[scene]\nname = \"Struck\"\n\n[modules.first]\nuse = \"fixture.growing\"\n{table}\n\
              [modules.second]\nuse = \"fixture.growing\"\nheight = 2.0\n{table}"
         );
-        let (world, sound) = sea_of(&builds(""), &scene, 1);
-        let (reference, _) = sea_of(&builds(""), &scene, 1);
+        let (build, striking) = (fs::read(sound).unwrap(), inspect::read(striking).unwrap());
+        let (world, sound) = sea_of(&build, &scene, 1);
+        let (reference, _) = sea_of(&build, &scene, 1);
         let (jobs, given) = mpsc::channel::<Arc<Job>>();
         thread::spawn(move || given.iter().for_each(|job| job.work(|| {})));
-        Self { world, reference, sound, striking: builds("striking"), jobs }
+        Self { world, reference, sound, striking, jobs }
     }
 
     fn strike(&mut self, count: usize) {
@@ -159,9 +190,8 @@ impl Struck {
 
     /// Offers a striking build; false: it was refused.
     fn reload(&mut self) -> bool {
-        let path = std::path::Path::new("libstriking.so");
-        let (library, plugins) =
-            Library::load_image(path, &Image::whole(&another(self.striking.clone())), 2).unwrap();
+        let path = Path::new("libstriking.so");
+        let (library, plugins) = Library::load_image(path, &self.striking, 2).unwrap();
         let job = self.world.order_reload(&plugins).unwrap().unwrap();
         drop((library, plugins));
         match self.outcome(&job) {
