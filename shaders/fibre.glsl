@@ -46,7 +46,7 @@ struct Ring {
 
 /// What the scan writes: the draws.
 struct Draws {
-    // The tubes: VkDrawIndexedIndirectCommand.
+    // The tubes, without those that are ribbons: VkDrawIndexedIndirectCommand.
     uint index_total;
     uint instances;
     uint first_index;
@@ -60,6 +60,9 @@ struct Draws {
     uvec4 thin;
     // Workgroups that skin the tubes: VkDispatchIndirectCommand; w: how many tubes there are.
     uvec4 groups;
+    // The tubes that are ribbons, whose indices come after all others: VkDrawIndexedIndirectCommand.
+    uvec4 flat_tubes;
+    uvec4 flat_instance;
 };
 
 #define NOT_DRAWN 0xffffffffu

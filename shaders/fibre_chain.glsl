@@ -86,8 +86,7 @@ Place place(Window w, float t) {
 
 /// Radius that is drawn [m]: no thinner than a pixel in all; what is too much is taken back as coverage.
 float drawn_radius(Place c) {
-    float pixel = max(dot(c.p, view.forward.xyz), view.forward.w) / view.viewport.z;
-    return max(c.r, 0.5 * pixel);
+    return max(c.r, 0.5 * pixel_at(c.p));
 }
 
 /// Where ring `k` lies (0 root, 1 last node, 2 end of the cap), slid toward the next coarser level by `slide`.

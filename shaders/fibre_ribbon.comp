@@ -46,6 +46,8 @@ void main() {
     take(index);
     Material m = materials[fibre.material];
     uint flags = fibre.nodes_flags >> 16;
+    // What is thinner than a pixel is drawn half a pixel wider on both sides, where it fades.
+    bool thin = (levels & THIN) != 0u;
 
     Window window = first_window();
     for (uint k = 0u; k < rings; k++) {
@@ -72,6 +74,8 @@ void main() {
             rise = drawn * slope.x;
         }
         c.p += normalize(cross(side, c.p)) * rise;
+        float true_half = width * (c.r / drawn);
+        if (thin) width = true_half + 0.5 * pixel_at(c.p);
 
         Surface s;
         s.along = min(w, 1.0);
@@ -86,9 +90,9 @@ void main() {
             s.normal = normalize(round * slope.y + c.d * slope.x);
             light[i] = clamp(shown(through_water(tissue_light(m, flags, fibre.variation, s, c.p), c.p)), 0.0, 1.0);
         }
-        float coverage = c.r / drawn;
-        uint left = packUnorm4x8(vec4(light[0], coverage));
-        uint right = packUnorm4x8(vec4(light[2], coverage));
+        float filled = thin ? true_half / width : 1.0;
+        uint left = packUnorm4x8(vec4(light[0], filled));
+        uint right = packUnorm4x8(vec4(light[2], filled));
         uint bow = packSnorm4x8(vec4(light[1] - 0.5 * (light[0] + light[2]), 0.0));
 
         vec4 middle = view.clip_from_eye * vec4(c.p, 1.0);

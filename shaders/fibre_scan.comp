@@ -24,6 +24,7 @@ layout(push_constant) uniform Push {
 struct Needs {
     uint vertices;
     uint indices;
+    uint flat_indices; // of ribbons
     uint tubes;
     uint solid;
     uint thin;
@@ -38,7 +39,7 @@ void main() {
     uint chunk = (push.fibre_count + uint(THREADS) - 1u) / uint(THREADS);
     uint from = min(thread * chunk, push.fibre_count);
     uint to = min(from + chunk, push.fibre_count);
-    Needs own = Needs(0u, 0u, 0u, 0u, 0u, 0u);
+    Needs own = Needs(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     for (uint i = from; i < to; i++) {
         uint levels = choices[i].levels;
         if (levels == NOT_DRAWN) continue;
@@ -50,19 +51,23 @@ void main() {
         } else {
             uint sides = choices[i].sides;
             own.vertices += vertex_count(rings, sides);
-            own.indices += index_count(rings, sides);
+            if (sides == 2u) own.flat_indices += index_count(rings, sides);
+            else own.indices += index_count(rings, sides);
             own.tubes++;
         }
     }
     needs[thread] = own;
     barrier();
-    // Thin ribbons come after all solid ones.
-    Needs at = Needs(0u, 0u, 0u, 0u, 0u, 0u);
+    // Thin strips come after all solid ones, and indices of ribbons after all others.
+    uint flat_first = 0u;
+    Needs at = Needs(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     for (uint i = 0u; i < uint(THREADS); i++) {
         at.thin += needs[i].solid;
+        flat_first += needs[i].indices;
         if (i >= thread) continue;
         at.vertices += needs[i].vertices;
         at.indices += needs[i].indices;
+        at.flat_indices += needs[i].flat_indices;
         at.tubes += needs[i].tubes;
         at.solid += needs[i].solid;
         at.thin += needs[i].thin;
@@ -70,6 +75,8 @@ void main() {
     // There is room for all ribbons. Tubes that do not fit are left out, and so are all that come after them.
     own.vertices = 0u;
     own.indices = 0u;
+    own.flat_indices = 0u;
+    at.flat_indices += flat_first;
     uint left = own.tubes;
     own.tubes = 0u;
     for (uint i = from; i < to; i++) {
@@ -87,30 +94,35 @@ void main() {
         uint sides = choices[i].sides;
         uint v = vertex_count(rings, sides);
         uint n = index_count(rings, sides);
-        if (at.vertices + v > push.vertex_limit || at.indices + n > push.index_limit) {
+        bool ribbon = sides == 2u;
+        uint first = ribbon ? at.flat_indices : at.indices;
+        if (at.vertices + v > push.vertex_limit || first + n > push.index_limit) {
             choices[i].levels = NOT_DRAWN;
         } else {
             choices[i].first_vertex = at.vertices;
-            choices[i].first_index = at.indices;
+            choices[i].first_index = first;
             tubes[at.tubes + own.tubes] = i;
             own.vertices += v;
-            own.indices += n;
+            if (ribbon) own.flat_indices += n;
+            else own.indices += n;
             own.tubes++;
             left--;
         }
         at.vertices += v;
-        at.indices += n;
+        if (ribbon) at.flat_indices += n;
+        else at.indices += n;
     }
     barrier();
     needs[thread] = own;
     left_out[thread] = left;
     barrier();
     if (thread == 0u) {
-        Needs all = Needs(0u, 0u, 0u, 0u, 0u, 0u);
+        Needs all = Needs(0u, 0u, 0u, 0u, 0u, 0u, 0u);
         uint all_left = 0u;
         for (uint i = 0u; i < uint(THREADS); i++) {
             all.vertices += needs[i].vertices;
             all.indices += needs[i].indices;
+            all.flat_indices += needs[i].flat_indices;
             all.tubes += needs[i].tubes;
             all.solid += needs[i].solid;
             all.thin += needs[i].thin;
@@ -127,6 +139,8 @@ void main() {
         draw.left_out = all_left;
         draw.solid = uvec4(all.solid, 1u, 0u, 0u);
         draw.thin = uvec4(all.thin, 1u, all.solid, 0u);
+        draw.flat_tubes = uvec4(all.flat_indices, 1u, flat_first, 0u);
+        draw.flat_instance = uvec4(0u);
         draw.groups = uvec4(min(all.tubes, push.groups_x), (all.tubes + push.groups_x - 1u) / push.groups_x, 1u, all.tubes);
     }
 }

@@ -20,7 +20,7 @@ layout(push_constant) uniform Push {
     uint groups_x;
 } push;
 
-#define VERTEX_WORDS 11u
+#define VERTEX_WORDS 12u
 
 void main() {
     uint tube = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
@@ -44,6 +44,9 @@ void main() {
         vec3 offset;
         vec3 normal;
         vec2 circle;
+        // How `fibre.frag` finds what of a pixel is covered: half the true width, and the distance from the middle [px].
+        float half_px = 0.5 * ring.normal.w;
+        float edge_px = 0.0;
         if (ribbon) {
             // Across the line of sight, as wide as the ellipse's shadow; the normals round it off.
             vec3 side = cross(ring.tangent.xyz, -ring.center.xyz);
@@ -52,7 +55,12 @@ void main() {
             float sign = j == 0u ? -1.0 : 1.0;
             float a = dot(side, ring.normal.xyz);
             float b = dot(side, across) * flatness;
-            offset = side * (sign * sqrt(a * a + b * b) * ring.center.w);
+            // Half a pixel wider than it is, for the edge that fades.
+            float pixel = pixel_at(ring.center.xyz);
+            float true_half = sqrt(a * a + b * b) * ring.center.w * ring.normal.w;
+            half_px = true_half / pixel;
+            edge_px = sign * (half_px + 0.5);
+            offset = side * (sign * (true_half + 0.5 * pixel));
             vec3 facing = cross(side, ring.tangent.xyz);
             normal = normalize(side * (sign * 0.8) + facing * 0.6);
             circle = vec2(a, dot(side, across)) * sign;
@@ -74,10 +82,11 @@ void main() {
         vertices[at + 4u] = packSnorm2x16(normal.xy);
         vertices[at + 5u] = packSnorm2x16(vec2(normal.z, ring.tangent.w * 0.5));
         vertices[at + 6u] = packSnorm2x16(circle);
-        vertices[at + 7u] = packHalf2x16(vec2(ring.center.w * ring.normal.w * 100.0, ring.normal.w));
+        vertices[at + 7u] = packHalf2x16(vec2(ring.center.w * ring.normal.w * 100.0, half_px));
         vertices[at + 8u] = fibre.material | flags << 24;
         vertices[at + 9u] = fibre.variation;
         vertices[at + 10u] = floatBitsToUint(choice.chain);
+        vertices[at + 11u] = floatBitsToUint(edge_px);
     }
 
     uint quads = ribbon ? 1u : sides;

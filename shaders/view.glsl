@@ -34,6 +34,11 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 focus[WAVES];     // A k^2 [1/m] times the unit wave vector's x x, z z, x z
 } view;
 
+/// How wide a pixel is at a place in eye space [m].
+float pixel_at(vec3 p) {
+    return max(dot(p, view.forward.xyz), view.forward.w) / view.viewport.z;
+}
+
 vec3 sea_light_at(float depth) {
     return exp(-view.downwelling.rgb * max(depth, 0.0));
 }

@@ -24,7 +24,8 @@ const FRAMES: usize = 2;
 pub const VALIDATE: &str = "REEF_VALIDATE";
 
 /// Presets, in the panel's order.
-const QUALITIES: [(&str, Quality); 2] = [("Fast", Quality::Low), ("Full", Quality::High)];
+const QUALITIES: [(&str, Quality, u32); 3] =
+    [("Fast", Quality::Low, 1), ("Full", Quality::High, 1), ("Fine", Quality::High, 2)];
 
 /// What a call of [`Stage::draw`] has done.
 #[derive(Default)]
@@ -99,10 +100,14 @@ impl Stage {
         self.gpu.info().limits.max_image_dimension2_d as usize
     }
 
-    /// What the panel offers: the presets, everything at its best, and fast where the processor draws.
+    /// What the panel offers: the presets; fast where the processor draws, everything at its best where a card does.
     pub fn describe(&self, view: &mut ViewOptions) {
-        view.qualities = QUALITIES.iter().map(|(name, _)| *name).collect();
-        view.quality = if self.gpu.info().kind == "cpu" { 0 } else { QUALITIES.len() - 1 };
+        view.qualities = QUALITIES.iter().map(|(name, _, _)| *name).collect();
+        view.quality = match self.gpu.info().kind {
+            "cpu" => 0,
+            "discrete" => QUALITIES.len() - 1,
+            _ => 1,
+        };
         view.levels_of_detail = true;
         view.debug_shown = u32::MAX;
     }
@@ -195,11 +200,13 @@ impl Stage {
 }
 
 fn settings(options: &ViewOptions) -> Settings {
-    let (_, quality) = QUALITIES.get(options.quality).copied().unwrap_or(QUALITIES[QUALITIES.len() - 1]);
+    let (_, quality, samples) =
+        QUALITIES.get(options.quality).copied().unwrap_or(QUALITIES[QUALITIES.len() - 1]);
     Settings {
         quality,
         detail: options.levels_of_detail.then(|| Thresholds::of(quality)),
         debug_channels: options.debug_shown,
+        samples,
         ..Settings::default()
     }
 }

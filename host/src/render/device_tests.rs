@@ -96,7 +96,9 @@ fn assert_same(
         assert!(normal.distance(e.normal) < 2e-3, "{name}, vertex {i}: {normal} and {}", e.normal);
         assert!((snorm(v[5] >> 16) * 2.0 - e.along).abs() < 2e-4, "{name}, vertex {i}");
         assert!((half(v[7] & 0xffff) - e.radius_cm).abs() < 1e-3 * (1.0 + e.radius_cm), "{name}, vertex {i}");
-        assert!((half(v[7] >> 16) - e.coverage).abs() < 1e-3, "{name}, vertex {i}");
+        assert!((half(v[7] >> 16) - e.half_px).abs() < 1e-3 * (1.0 + e.half_px), "{name}, vertex {i}");
+        let edge = f32::from_bits(v[11]);
+        assert!((edge - e.edge_px).abs() < 1e-3 * (1.0 + e.edge_px.abs()), "{name}, vertex {i}");
     }
     let relative: Vec<u32> = indices.iter().map(|i| i - first).collect();
     assert!(relative == expected.indices, "{name}: the triangles differ");
@@ -117,25 +119,29 @@ fn the_gpus_vertices_are_those_of_the_twin() {
         let (vertices, indices) = studio.renderer().fibres().read_back().expect("read back");
         let counts = studio.renderer().fibres().counts().expect("read back");
         let gathered = gather::gather(&previous, &current, alpha, &lens, 0);
-        let (mut vertex, mut index, mut drawn) = (0, 0, 0);
+        // Indices of ribbons come after all others.
+        let (mut vertex, mut drawn) = (0, 0);
+        let (mut index, mut flat) = (0, counts.flat[2] as usize);
+        assert_eq!((flat, indices.len() - flat), (counts.indices as usize, counts.flat[0] as usize));
         for i in 0..gathered.fibres.len() {
             let Some(expected) = twin::skin(&gathered, i, &lens, detail.as_ref()) else { continue };
             let (v, n) = (expected.vertices.len(), expected.indices.len());
-            assert!(vertex + v <= vertices.len() && index + n <= indices.len(), "fibre {i} is missing");
+            let first = if expected.is_ribbon() { &mut flat } else { &mut index };
+            assert!(vertex + v <= vertices.len() && *first + n <= indices.len(), "fibre {i} is missing");
             assert_same(
                 &format!("fibre {i}, alpha {alpha}"),
                 &expected,
                 &vertices[vertex..vertex + v],
-                &indices[index..index + n],
+                &indices[*first..*first + n],
                 vertex as u32,
             );
             vertex += v;
-            index += n;
+            *first += n;
             drawn += 1;
         }
         assert_eq!(
-            (vertex, index, drawn),
-            (vertices.len(), indices.len(), counts.drawn),
+            (vertex, index, flat, drawn),
+            (vertices.len(), counts.indices as usize, indices.len(), counts.drawn),
             "nothing else is drawn"
         );
         assert_eq!(counts.left_out, 0);
@@ -221,6 +227,76 @@ fn low_quality_shows_the_same_sea_and_its_ribbons_the_same_tentacles() {
         let fine = studio.shoot(&shot, &Settings { samples: 2, ..low }).expect("a picture");
         let (mean, most) = block_difference(&shown, &fine);
         assert!(mean < 1.5 && most < 12.0, "{name}, through the tone pass: {mean} and {most}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+/// Greatest change of a pixel's light from one picture to the next, as a share of the greatest contrast, while a fibre so
+/// thick [px] goes sideways by an eighth of a pixel a picture.
+fn greatest_step(studio: &mut Studio, thick: f32, settings: &Settings) -> f32 {
+    let environment =
+        Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() };
+    let at = |x: f64| sample::looking_at(DVec3::new(x, 0.25, 2.0), DVec3::new(x, 0.25, 0.0));
+    let lens = Lens::new(&at(0.0), [SIZE.0, SIZE.1], 60.0);
+    let pixel = 2.0 / lens.pixels_per_metre();
+    let mut outputs = sample::tentacles(
+        &sample::Bed { count: 1, spacing: 0.0, per_row: 1, y: 0.0, length: 0.5, radius: 1.0 },
+        0.0,
+    );
+    for (i, node) in outputs.fibre_nodes.iter_mut().enumerate() {
+        // A little askew, so that its edges cut pixels at all heights.
+        node.position = [0.01 * i as f32, 0.05 * i as f32, 0.0];
+        node.radius = 0.5 * thick * pixel;
+    }
+    let mut last: Option<Vec<f32>> = None;
+    let (mut step, mut contrast) = (0.0_f32, 0.0_f32);
+    for i in 0..12 {
+        let camera = at(f64::from(pixel) * f64::from(i) / 8.0);
+        let frame = sample::frame(1, camera, outputs.clone());
+        let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+        let picture = studio.shoot(&shot, settings).expect("a picture");
+        keep(&format!("crawl-{thick}-{:?}-{i}", settings.quality), &picture);
+        // Not where it begins and ends.
+        let rows = SIZE.1 as usize * 2 / 5..SIZE.1 as usize * 3 / 5;
+        let bytes = &picture.rgba[rows.start * SIZE.0 as usize * 4..rows.end * SIZE.0 as usize * 4];
+        // High quality blends light, low quality what is shown.
+        let light = |v: &u8| match settings.quality {
+            Quality::High => decoded(*v),
+            Quality::Low => f32::from(*v) / 255.0,
+        };
+        let light: Vec<f32> = bytes.iter().skip(1).step_by(4).map(light).collect();
+        contrast = light.iter().copied().fold(contrast, f32::max);
+        if let Some(last) = last {
+            step = light.iter().zip(&last).map(|(a, b)| (a - b).abs()).fold(step, f32::max);
+        }
+        last = Some(light);
+    }
+    assert!(contrast > 0.02, "{thick} px, {:?}: it is seen: {contrast}", settings.quality);
+    step / contrast
+}
+
+#[test]
+fn what_is_about_as_thin_as_a_pixel_moves_without_a_step() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let tubes = Settings { detail: None, ..Settings::default() };
+    let hard = greatest_step(&mut studio, 0.6, &tubes);
+    assert!(hard > 0.9, "a pixel is covered by a tube or it is not: {hard}");
+    for (thick, quality) in [
+        (0.3, Quality::Low),
+        (0.6, Quality::Low),
+        (0.3, Quality::High),
+        (0.6, Quality::High),
+        (1.5, Quality::High),
+    ] {
+        let step = greatest_step(&mut studio, thick, &Settings::of(quality));
+        // What is covered of a pixel changes by an eighth at most; the greatest part that is ever covered is its width.
+        let most = 0.125 / thick.min(1.0);
+        assert!(
+            step < most + 0.15,
+            "{thick} px, {quality:?}: {step} of the contrast at once, {most} is its motion's"
+        );
     }
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());

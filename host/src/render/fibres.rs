@@ -9,6 +9,10 @@
 //! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
 //! shaded there, and last where they are thinner than a pixel.
 //!
+//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they cover half or
+//! more, with depth, then, over all of these, the pixels of which they cover less, without. A fringe that wrote depth would
+//! cut a rim of background into what stands behind it.
+//!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
 use ash::vk;
@@ -26,13 +30,13 @@ use crate::gpu::{
 };
 
 /// Words of a tube's vertex, as in `fibre_skin.comp`.
-pub const VERTEX_WORDS: usize = 11;
+pub const VERTEX_WORDS: usize = 12;
 /// Words of a lit ribbon's vertex, as in `fibre_ribbon.comp`.
 pub const STRIP_WORDS: usize = 6;
 /// Vertices of a lit ribbon at most.
 const STRIP_VERTICES: u64 = 2 * RINGS as u64 + 2;
 /// Vertices of one picture at most: their buffer has to stay below 128 MiB, the least that Vulkan promises.
-const MOST_VERTICES: u64 = 3_000_000;
+const MOST_VERTICES: u64 = 2_750_000;
 /// Vertices of one picture's lit ribbons at most, for the same reason.
 const MOST_STRIP_VERTICES: u64 = 5_000_000;
 /// Indices of one picture at most.
@@ -63,7 +67,7 @@ struct ScanPush {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct DrawCounts {
-    /// Indices of the tubes.
+    /// Indices of the tubes that are no ribbons.
     pub indices: u32,
     /// 1.
     pub instances: u32,
@@ -85,12 +89,18 @@ pub struct DrawCounts {
     pub thin: [u32; 4],
     /// Work groups that skin the tubes, and how many tubes there are.
     pub groups: [u32; 4],
+    /// Indices, 1, first index, 0 of the tubes that are ribbons, after those of all others.
+    pub flat: [u32; 4],
+    /// 0.
+    pub flat_instance: [u32; 4],
 }
 
 /// Where the draws of lit ribbons lie in [`DrawCounts`], and the tubes' work groups.
 const SOLID_DRAW: u64 = 32;
 const THIN_DRAW: u64 = 48;
 const TUBE_GROUPS: u64 = 64;
+/// Where the draw of the tubes that are ribbons lies.
+const FLAT_DRAW: u64 = 80;
 
 struct Buffers {
     fibres: u64,
@@ -128,7 +138,7 @@ pub struct Fibres {
     ribbon: Pipeline,
     ribbons: Ribbons,
     /// One for each set of patterns and quality that was met.
-    draws: Vec<(Variant, Pipeline)>,
+    draws: Vec<(Variant, Draws)>,
     variant: Variant,
     buffers: Option<Buffers>,
     materials: Option<Upload>,
@@ -137,10 +147,16 @@ pub struct Fibres {
     lit: bool,
 }
 
-/// The draws of lit ribbons.
+/// The draws of tubes: all but the fringes of those that are ribbons, and these.
+struct Draws {
+    core: Pipeline,
+    fringe: Pipeline,
+}
+
+/// The draws of lit ribbons; `thin`: the core and the fringe of those that are thinner than a pixel.
 struct Ribbons {
     solid: Pipeline,
-    thin: Pipeline,
+    thin: [Pipeline; 2],
 }
 
 impl Fibres {
@@ -154,8 +170,9 @@ impl Fibres {
             // A lit ribbon has no pattern.
             ribbon: Pipeline::compute(gpu, "fibre_ribbon.comp", &[Quality::Low.constant(), (1, 0)]),
             ribbons: Ribbons {
-                solid: ribbon_pipeline(gpu, "solid ribbons", Blend::Replace),
-                thin: ribbon_pipeline(gpu, "thin ribbons", Blend::Alpha),
+                solid: ribbon_pipeline(gpu, "solid ribbons", Blend::Replace, 0),
+                thin: [("thin ribbons", 1), ("fringes of thin ribbons", 2)]
+                    .map(|(name, part)| ribbon_pipeline(gpu, name, Blend::Alpha, part)),
             },
             draws: Vec::new(),
             variant: Variant::default(),
@@ -189,7 +206,9 @@ impl Fibres {
             gathered.materials.iter().fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
         self.variant = Variant { quality, patterns };
         if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
-            self.draws.push((self.variant, draw_pipeline(&self.gpu, self.variant)));
+            let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
+                .map(|(name, fringe)| draw_pipeline(&self.gpu, name, self.variant, fringe));
+            self.draws.push((self.variant, Draws { core, fringe }));
         }
         let fibres = frame.upload(&gathered.fibres)?;
         let objects = frame.upload(&gathered.objects)?;
@@ -313,7 +332,7 @@ impl Fibres {
         let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
             return Ok(());
         };
-        let Some((_, pipeline)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
+        let Some((_, draws)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
             return Ok(());
         };
         frame
@@ -325,17 +344,24 @@ impl Fibres {
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(pipeline)?;
+                cmd.pipeline(&draws.core)?;
                 cmd.bind(&[(0, view.into()), (1, materials.into())])?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
                 cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)?;
                 if self.lit {
-                    cmd.pipeline(&self.ribbons.thin)?;
+                    let [core, fringe] = &self.ribbons.thin;
                     cmd.vertices(0, &b.strips)?;
-                    cmd.draw_indirect(Data::Part(&b.draw, THIN_DRAW, 16), 1)?;
+                    for pipeline in [core, fringe] {
+                        cmd.pipeline(pipeline)?;
+                        cmd.draw_indirect(Data::Part(&b.draw, THIN_DRAW, 16), 1)?;
+                    }
+                    cmd.vertices(0, &b.vertex)?;
                 }
-                Ok(())
+                cmd.pipeline(&draws.fringe)?;
+                cmd.bind(&[(0, view.into()), (1, materials.into())])?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)
             })
     }
 
@@ -345,7 +371,7 @@ impl Fibres {
         Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
     }
 
-    /// Vertices and indices of the last picture. Waits for the device: for tests.
+    /// Vertices and indices of the last picture, those of ribbons last. Waits for the device: for tests.
     pub fn read_back(&self) -> Result<(Vec<[u32; VERTEX_WORDS]>, Vec<u32>)> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok((Vec::new(), Vec::new())) };
         let counts = self.counts()?;
@@ -361,7 +387,7 @@ impl Fibres {
                 vertex
             })
             .collect();
-        Ok((vertices, words(self.gpu.read_buffer(&b.index)?, counts.indices as usize)))
+        Ok((vertices, words(self.gpu.read_buffer(&b.index)?, (counts.indices + counts.flat[0]) as usize)))
     }
 
     /// Vertices of the last picture's lit ribbons, the solid ones first. Waits for the device: for tests.
@@ -406,7 +432,7 @@ impl Fibres {
     }
 }
 
-fn draw_pipeline(gpu: &Gpu, variant: Variant) -> Pipeline {
+fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipeline {
     use vk::Format as F;
     let attributes = [
         (0, F::R32G32B32A32_SFLOAT, 0),
@@ -414,6 +440,7 @@ fn draw_pipeline(gpu: &Gpu, variant: Variant) -> Pipeline {
         (2, F::R16G16_SNORM, 24),
         (3, F::R16G16_SFLOAT, 28),
         (4, F::R32G32B32_UINT, 32),
+        (5, F::R32_SFLOAT, 44),
     ];
     let vertices =
         [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
@@ -421,14 +448,15 @@ fn draw_pipeline(gpu: &Gpu, variant: Variant) -> Pipeline {
         cull: vk::CullModeFlags::BACK,
         vertices: &vertices,
         color: &[(variant.quality.format(), Blend::Alpha)],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
-        constants: &[variant.quality.constant(), (1, variant.patterns)],
-        ..GraphicsDesc::new("fibres", "fibre.vert", "fibre.frag")
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !fringe }),
+        constants: &[variant.quality.constant(), (1, variant.patterns), (2, u32::from(fringe))],
+        ..GraphicsDesc::new(name, "fibre.vert", "fibre.frag")
     };
     Pipeline::graphics(gpu, &draw)
 }
 
-fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend) -> Pipeline {
+/// `part`: `PART` of `fibre_ribbon.frag`.
+fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend, part: u32) -> Pipeline {
     use vk::Format as F;
     let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R8G8B8A8_SNORM, 20)];
     let vertices =
@@ -437,7 +465,8 @@ fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend) -> Pipeline {
         topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
         vertices: &vertices,
         color: &[(Quality::Low.format(), blend)],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: part != 2 }),
+        constants: &[(0, part)],
         ..GraphicsDesc::new(name, "fibre_ribbon.vert", "fibre_ribbon.frag")
     };
     Pipeline::graphics(gpu, &draw)

@@ -43,8 +43,10 @@ pub struct Vertex {
     pub circle: Vec2,
     /// True radius [cm].
     pub radius_cm: f32,
-    /// True over drawn width.
-    pub coverage: f32,
+    /// Half the true width of a ribbon; half of what a tube covers of a pixel, one at most [px].
+    pub half_px: f32,
+    /// Distance from the middle of a ribbon, half a pixel more than its half width; 0: a tube [px].
+    pub edge_px: f32,
 }
 
 /// A skinned fibre: None where it is culled.
@@ -58,12 +60,20 @@ pub struct Skinned {
     pub indices: Vec<u32>,
 }
 
+impl Skinned {
+    /// Whether two vertices make a ring.
+    pub fn is_ribbon(&self) -> bool {
+        self.vertices.len() as u32 == self.detail.rings() * RIBBON
+    }
+}
+
 /// A lit ribbon's strip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strip {
     /// Somewhere thinner than a pixel.
     pub thin: bool,
-    /// Clip space and coverage; left and right take turns, the first and the last stand twice.
+    /// Clip space and true over drawn width, 1 where nothing fades; left and right take turns, the first and the last
+    /// stand twice.
     pub vertices: Vec<(Vec4, f32)>,
 }
 
@@ -114,7 +124,7 @@ pub fn skin(gathered: &Gathered, index: usize, lens: &Lens, limits: Option<&Thre
     let mut vertices = Vec::new();
     for ring in &rings {
         for side in 0..sides {
-            vertices.push(vertex(ring, side, &detail, fibre.sides, flatness, &clip));
+            vertices.push(vertex(ring, side, &detail, (fibre.sides, flatness), lens, &clip));
         }
     }
     let quads = if sides == RIBBON { 1 } else { sides };
@@ -142,6 +152,7 @@ pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds
     let (_, rings) = rings(gathered, fibre, lens, Some(limits))?;
     let clip = lens.clip_from_eye();
     let tip = chain.node(chain.count - 1).1;
+    let thin = bounds.thinnest < 0.5 * far / lens.pixels_per_metre();
     let mut vertices = Vec::new();
     for (k, ring) in rings.iter().enumerate() {
         // The end is round from wherever it is seen: it rises across the line of sight, not along the fibre.
@@ -150,12 +161,16 @@ pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds
         let side = ring.tangent.cross(-place).normalize_or(lens.right);
         let rise = if k == 0 { -ring.radius } else { rise };
         let center = place + side.cross(place).normalize_or_zero() * rise;
-        let edge = |sign: f32| (clip * (center + side * (sign * ring.radius)).extend(1.0), ring.coverage);
+        // What is thinner than a pixel is drawn half a pixel wider on both sides, where it fades.
+        let half = ring.radius * ring.coverage;
+        let width = if thin { half + 0.5 * pixel_at(center, lens) } else { ring.radius };
+        let filled = if thin { half / width } else { 1.0 };
+        let edge = |sign: f32| (clip * (center + side * (sign * width)).extend(1.0), filled);
         vertices.extend([edge(-1.0), edge(1.0)]);
     }
     vertices.insert(0, *vertices.first()?);
     vertices.push(*vertices.last()?);
-    Some(Strip { thin: bounds.thinnest < 0.5 * far / lens.pixels_per_metre(), vertices })
+    Some(Strip { thin, vertices })
 }
 
 /// The level of detail and the rings of one fibre; None where it is culled.
@@ -259,7 +274,7 @@ fn ring(
     let d = (a - b) * (6.0 * t2 - 6.0 * t) + ta * (3.0 * t2 - 4.0 * t + 1.0) + tb * (3.0 * t2 - 2.0 * t);
     let d = d.normalize_or_zero();
     let r = ra + (rb - ra) * t;
-    let pixel = p.dot(lens.forward).max(NEAR) / lens.pixels_per_metre();
+    let pixel = pixel_at(p, lens);
     let drawn = r.max(0.5 * pixel);
     let taper = (ra - rb) / span.max(1e-9);
     let bevel = 1.0 / (1.0 + taper * taper).sqrt();
@@ -303,18 +318,30 @@ pub fn disc_profile(q: f32) -> f32 {
         - 0.22 * smooth(0.86, 1.0)
 }
 
-fn vertex(ring: &Ring, side: u32, detail: &Detail, full_sides: u32, flatness: f32, clip: &Mat4) -> Vertex {
+fn vertex(
+    ring: &Ring,
+    side: u32,
+    detail: &Detail,
+    (full_sides, flatness): (u32, f32),
+    lens: &Lens,
+    clip: &Mat4,
+) -> Vertex {
     let sides = detail.sides(full_sides);
     let coarser = side_count(full_sides, detail.side_level + 1);
     let across = ring.tangent.cross(ring.normal);
     let (offset, normal, circle);
+    let (mut half_px, mut edge_px) = (0.5 * ring.coverage, 0.0);
     if sides == RIBBON {
         let s = ring.tangent.cross(-ring.center);
         let size = s.length_squared();
         let s = if size > 1e-16 { s / size.sqrt() } else { ring.normal };
         let sign = if side == 0 { -1.0 } else { 1.0 };
         let (a, b) = (s.dot(ring.normal), s.dot(across));
-        offset = s * (sign * (a * a + b * b * flatness * flatness).sqrt() * ring.radius);
+        let pixel = pixel_at(ring.center, lens);
+        let half = (a * a + b * b * flatness * flatness).sqrt() * ring.radius * ring.coverage;
+        half_px = half / pixel;
+        edge_px = sign * (half_px + 0.5);
+        offset = s * (sign * (half + 0.5 * pixel));
         normal = (s * (sign * 0.8) + s.cross(ring.tangent) * 0.6).normalize_or_zero();
         circle = Vec2::new(a, b) * sign;
     } else {
@@ -334,8 +361,14 @@ fn vertex(ring: &Ring, side: u32, detail: &Detail, full_sides: u32, flatness: f3
         along: ring.along,
         circle,
         radius_cm: ring.radius * ring.coverage * 100.0,
-        coverage: ring.coverage,
+        half_px,
+        edge_px,
     }
+}
+
+/// How wide a pixel is at a place in eye space [m].
+fn pixel_at(place: Vec3, lens: &Lens) -> f32 {
+    place.dot(lens.forward).max(NEAR) / lens.pixels_per_metre()
 }
 
 #[cfg(test)]
