@@ -193,9 +193,12 @@ impl Control {
         };
         let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
         *slot = Slot::Waiting(task);
+        // Who wakes up finds the lock free, and need not sleep again.
+        drop(slot);
         self.changed.notify_all();
-        let mut slot = wait(slot, |slot| matches!(slot, Slot::Done(_)));
+        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Done(_)));
         let done = std::mem::replace(&mut *slot, Slot::Empty);
+        drop(slot);
         self.changed.notify_all();
         match done {
             Slot::Done(panic) => panic,

@@ -20,7 +20,7 @@ use crate::{
     fog::{Fog, Show},
     inflow::Water,
     lasting::Lasting,
-    levels::{Choice, Levels},
+    levels::{self, Choice, Levels},
     looks::Looks,
     reenter::{self, Leavers},
     ride::{self, Follow, Listed, Room},
@@ -82,6 +82,8 @@ struct Swarm {
     sources: Packed,
     trains: Trains,
     leavers: Leavers,
+    /// How far orbits reach [m]: at the box's bottom, and from there to its top.
+    reach: [f64; 2],
     now: Now,
 }
 
@@ -104,8 +106,6 @@ struct Now {
     sight: Option<Sight>,
     eye: [f32; 3],
     follow: Option<Follow>,
-    /// How far orbits reach [m].
-    reach: f64,
 }
 
 /// A chunk of a box.
@@ -139,6 +139,8 @@ pub struct Cloud {
     field: Field,
     lasting: Lasting,
     choice: Choice,
+    /// What [`Swarm::reach`] was found for.
+    reached: levels::Trains,
     /// The step's trains as a box meets them that drifts with its uniform current.
     met: Vec<Wave>,
     /// Whether the step's trains are chosen by distance.
@@ -150,6 +152,11 @@ pub struct Cloud {
     currents: Vec<Packed>,
     scratch: Vec<Scratch>,
 }
+
+/// Work on fewer particles than this is done before another worker has woken up.
+const FEW: usize = 512;
+/// The same where a particle's step is an addition and a look: nothing but uniform currents act.
+const FEW_THAT_DRIFT: usize = 8192;
 
 /// What a worker needs for a chunk. What is in it from others changes nothing.
 #[derive(Clone, Debug, Default)]
@@ -195,6 +202,7 @@ impl Cloud {
             field: Field::new(),
             lasting: Lasting::default(),
             choice: Choice::default(),
+            reached: levels::Trains::default(),
             met: Vec::new(),
             choosing: false,
             levels: Levels::default(),
@@ -248,6 +256,7 @@ impl Cloud {
             sources: Packed::new(),
             trains: Trains::new(),
             leavers: Leavers::new(plan.extent, 64 + plan.count as usize / 8),
+            reach: [0.0; 2],
             now: Now::default(),
             plan,
             looks,
@@ -292,7 +301,7 @@ impl Cloud {
         (1_u64..).zip(&self.swarms).map(|(id, swarm)| Object {
             id,
             origin: swarm.plan.center,
-            bounds_radius: (swarm.half.length() + swarm.now.reach + swarm.plan.size[1]) as f32,
+            bounds_radius: (swarm.half.length() + swarm.reach[1] + swarm.plan.size[1]) as f32,
             ..Object::default()
         })
     }
@@ -347,6 +356,8 @@ impl Cloud {
             ..
         } = self;
         let (swarms, pieces, field) = (&*swarms, &*pieces, &*field);
+        let few = pieces.len() * slots <= FEW_THAT_DRIFT && swarms.iter().all(|swarm| !swarm.now.flowing);
+        let workers = if few { Workers::inline() } else { around.workers };
         let split = (
             Chunks::new(x, slots),
             Chunks::new(y, slots),
@@ -357,7 +368,7 @@ impl Cloud {
             Chunks::new(tallies, 1),
             Chunks::new(spheres, 1),
         );
-        around.workers.for_each_part_with(currents, split, |packed, i, part| {
+        workers.for_each_part_with(currents, split, |packed, i, part| {
             let (x, y, z, seen, crossed, jumped, tally, sphere) = part;
             let piece = &pieces[i];
             let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
@@ -441,7 +452,7 @@ impl Cloud {
         }
         let view = View::new(around.camera, self.levels.margin);
         for (object, swarm) in (0_u32..).zip(&mut self.swarms) {
-            let reach = swarm.now.reach;
+            let reach = swarm.reach[1];
             let nearest = view.distance(swarm.center, swarm.half);
             let farthest = ((swarm.center - view.eye).abs() + swarm.half).length();
             let begin = f64::from(self.levels.fog_band().from);
@@ -468,6 +479,8 @@ impl Cloud {
     /// Writes what [`Cloud::advance`] counted.
     pub fn emit(&mut self, around: &Surroundings<'_>, sprites: &mut [Billboard], trace: &mut [Trace]) {
         let slots = self.slots();
+        let listed: usize = self.tallies.iter().map(|tally| tally.seen as usize).sum();
+        let workers = if listed < FEW { Workers::inline() } else { around.workers };
         let singles = self.sprite_bounds.last().copied().unwrap_or(0).min(sprites.len());
         let (singles, fog) = sprites.split_at_mut(singles);
         for (sprite, cell) in fog.iter_mut().zip(&self.fog) {
@@ -493,9 +506,12 @@ impl Cloud {
         let (swarms, pieces, seen, tallies) = (&*swarms, &*pieces, &*seen, &*tallies);
         let at = at.each_ref().map(|axis| axis.as_slice());
         let split = (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds));
-        around.workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace)| {
+        workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace)| {
             let piece = &pieces[i];
             let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
+            if tallies[i].seen == 0 {
+                return;
+            }
             let first = i * slots;
             let listed = Listed {
                 at: at.map(|axis| &axis[first..first + slots]),

@@ -112,18 +112,39 @@ impl Levels {
     }
 }
 
+/// What stays the same of the wave trains while time goes on.
+#[derive(Clone, Debug, Default)]
+pub struct Trains {
+    depth: f64,
+    /// Amplitude and wave number of each.
+    trains: Vec<[f32; 2]>,
+}
+
+impl Trains {
+    /// Whether they are these, over this depth.
+    pub fn are(&self, waves: &[Wave], depth: f64) -> bool {
+        let same = |(known, wave): (&[f32; 2], &Wave)| *known == [wave.amplitude, wave.wave_number];
+        self.depth == depth && self.trains.len() == waves.len() && self.trains.iter().zip(waves).all(same)
+    }
+
+    /// From now on they are.
+    pub fn become_these(&mut self, waves: &[Wave], depth: f64) {
+        self.depth = depth;
+        self.trains.clear();
+        self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
+    }
+}
+
 /// What the wave trains' list means for the levels of detail. Made anew when something of it changes, not each step.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     key: Key,
     selection: Option<Selection>,
-    /// Amplitude and wave number of each train.
-    trains: Vec<[f32; 2]>,
+    trains: Trains,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Key {
-    depth: f64,
     focal: f64,
     corner: f64,
     threshold: f64,
@@ -133,19 +154,12 @@ impl Choice {
     /// Looks at a step's trains through its camera.
     pub fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, threshold: f64) {
         let lens = Lens::new(camera);
-        let key = Key { depth, focal: lens.focal, corner: lens.corner, threshold };
-        let same = self.trains.len() == waves.len()
-            && self
-                .trains
-                .iter()
-                .zip(waves)
-                .all(|(known, wave)| *known == [wave.amplitude, wave.wave_number]);
-        if same && key == self.key && self.selection.is_some() {
+        let key = Key { focal: lens.focal, corner: lens.corner, threshold };
+        if key == self.key && self.selection.is_some() && self.trains.are(waves, depth) {
             return;
         }
         self.key = key;
-        self.trains.clear();
-        self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
+        self.trains.become_these(waves, depth);
         self.selection = Some(Selection::new(waves, depth, lens, threshold));
     }
 

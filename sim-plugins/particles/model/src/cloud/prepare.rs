@@ -33,6 +33,10 @@ impl Cloud {
         if around.dt > 0.0 {
             self.last_dt = around.dt;
         }
+        let reached = self.reached.are(around.waves, around.depth);
+        if !reached {
+            self.reached.become_these(around.waves, around.depth);
+        }
         let view = View::new(around.camera, levels.margin);
         for swarm in &mut self.swarms {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
@@ -47,6 +51,10 @@ impl Cloud {
                 Wave { frequency: wave.frequency - wave.wave_number * along, ..*wave }
             }));
             swarm.trains.fill(&self.met, around.depth, swarm.plan.center);
+            if !reached {
+                let (bottom, top) = (swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y);
+                swarm.reach = reach(around.waves, around.depth, bottom, top);
+            }
             swarm.begin(around, &levels, &view, self.last_dt);
         }
     }
@@ -64,8 +72,7 @@ impl Swarm {
                 self.turns[axis] = if turns.is_finite() { turns } else { 0.0 };
             }
         }
-        let (bottom, top) = (self.center.y - self.half.y, self.center.y + self.half.y);
-        let [low, high] = reach(around.waves, around.depth, bottom, top);
+        let [low, high] = self.reach;
         let local = view.local(self.center);
         let far = levels.farthest_particle();
         let sprite = 0.5 * self.plan.size[1] * levels.size;
@@ -103,7 +110,6 @@ impl Swarm {
                 most: Band::new(most, 1.25 * most),
                 wall: Band::new(0.0, WALL.0.min(WALL.1 * smallest)),
             }),
-            reach: high,
         };
     }
 
