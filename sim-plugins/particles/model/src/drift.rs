@@ -81,7 +81,7 @@ pub struct Sight {
     pub local: Local,
     /// Leave out what is beside or behind the frustum.
     pub cull: bool,
-    /// Nobody sees a particle beyond this distance [m].
+    /// Nobody sees a particle whose centre is at this distance or beyond [m].
     pub far: f32,
     /// How far an orbit reaches, and half a sprite, at the box's middle [m], and its growth with height [m/m].
     pub margin: [f32; 2],
@@ -311,18 +311,18 @@ fn overflow<S: Simd, V: Lanes<S>>(simd: S, old: V::Int, new: V::Int) -> u64 {
 /// Lanes in which something of the particle may be seen.
 #[inline(always)]
 fn look<S: Simd, V: Lanes<S>>(simd: S, sight: &Sight, p: [V; 3]) -> u64 {
-    let margin = mul_add(p[1], V::splat(simd, sight.margin[1]), V::splat(simd, sight.margin[0]));
     let d = [
         p[0] - V::splat(simd, sight.local.eye[0]),
         p[1] - V::splat(simd, sight.local.eye[1]),
         p[2] - V::splat(simd, sight.local.eye[2]),
     ];
     let distance2 = mul_add(d[2], d[2], mul_add(d[1], d[1], d[0] * d[0]));
-    let far = V::splat(simd, sight.far) + margin;
-    let near = distance2.simd_le(far * far).to_bitmask();
+    let far = V::splat(simd, sight.far);
+    let near = distance2.simd_lt(far * far).to_bitmask();
     if !sight.cull {
         return near;
     }
+    let margin = mul_add(p[1], V::splat(simd, sight.margin[1]), V::splat(simd, sight.margin[0]));
     let mut least = height(simd, &sight.local.planes[0], p);
     for plane in 1..PLANES {
         least = least.min(height(simd, &sight.local.planes[plane], p));

@@ -42,8 +42,7 @@ impl View {
     /// Whether something of a box may be seen: it reaches nearer than `far` [m] and, grown by `margin` [m], into the frustum.
     pub fn sees(&self, center: DVec3, half: DVec3, far: f64, margin: f64) -> bool {
         let from_eye = center - self.eye;
-        let beyond = (from_eye.abs() - half).max(DVec3::ZERO).length();
-        beyond <= far + margin
+        self.distance(center, half) < far
             && self.normals.iter().all(|normal| normal.dot(from_eye) + normal.abs().dot(half) >= -margin)
     }
 

@@ -76,9 +76,10 @@ impl Swarm {
         let local = view.local(self.center);
         let far = levels.farthest_particle();
         let sprite = 0.5 * self.plan.size[1] * levels.size;
+        // What is seen of a particle depends on how far away its centre is: at `far` nothing, wherever its orbit takes it.
         let seen = match levels.visible {
             true => view.sees(self.center, self.half, far, high + sprite),
-            false => view.distance(self.center, self.half) <= far + high + sprite,
+            false => view.distance(self.center, self.half) < far,
         };
         let smallest = extent.into_iter().fold(f64::INFINITY, f64::min);
         let [least, most] = self.plan.follow;
