@@ -2,17 +2,15 @@
 
 use std::{
     fmt::Display,
-    ops::Range,
+    ops::{Range, RangeInclusive},
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use reef_abi as abi;
-use reef_flow::simd::blocks;
-
 use crate::{
-    Outputs,
+    Outputs, glance,
     textures::{self, TextureList},
 };
+use reef_abi as abi;
 
 /// Farthest that anything may be from the origin of the world [m].
 pub const FARTHEST: f64 = 1e6;
@@ -21,6 +19,9 @@ pub const FARTHEST_LOCAL: f32 = 1e5;
 /// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation (1e-7), and room
 /// for a vector that was carried along many segments.
 const UNIT_TOLERANCE: f32 = 1e-3;
+/// All flags that a fibre may have, and how many vertices a ring of it.
+pub(crate) const FIBRE_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::FIBRE_CAP | abi::FIBRE_BLADE;
+pub(crate) const SIDES: RangeInclusive<u32> = 3..=64;
 /// All flags that a sprite may have.
 const BILLBOARD_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::BILLBOARD_FACING;
 
@@ -110,9 +111,12 @@ fn world(field: &'static str, position: [f64; 3]) -> Checked {
 }
 
 #[inline(always)]
+pub(crate) fn is_unit([x, y, z]: [f32; 3]) -> bool {
+    ((x * x + y * y + z * z) - 1.0).abs() <= UNIT_TOLERANCE
+}
+
 fn unit(field: &'static str, v: [f32; 3]) -> Checked {
-    let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (squared - 1.0).abs() <= UNIT_TOLERANCE {
+    if is_unit(v) {
         return Ok(());
     }
     fault(field, format!("is ({}, {}, {}), which is no unit vector", v[0], v[1], v[2]))
@@ -147,8 +151,8 @@ fn each<T>(stream: &str, elements: &[T], check: impl Fn(&T) -> Checked) -> Resul
 impl Checker {
     /// Checks all streams, each against those that it refers to.
     ///
-    /// Nearly always everything is sound. So jobs first look at that alone, without a word to say; only when something is
-    /// wrong, a second pass finds the first wrong element and its message.
+    /// Nearly always everything is sound. So jobs first look at that alone, without a word to say (`glance.rs`); only when
+    /// something seems wrong, a second pass finds the first wrong element and its message.
     pub fn check(&mut self, outputs: &Outputs, share: Share<'_>) -> Result<(), String> {
         let verdict = Verdict {
             sound: AtomicBool::new(true),
@@ -203,7 +207,6 @@ impl Checker {
     }
 }
 
-#[inline(always)]
 fn object(object: &abi::Object) -> Checked {
     if object.id == 0 {
         return fault("id", "is 0");
@@ -244,17 +247,17 @@ fn material(material: &abi::Material, textures: &TextureList) -> Checked {
 fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict) {
     if at < pieces[0] {
         let part = piece(outputs.objects.len(), at, ELEMENTS);
-        Verdict::note(&verdict.sound, all(&outputs.objects[part.clone()], object));
-        // With the last one of the piece before.
-        let ids = &outputs.objects[part.start.saturating_sub(1)..part.end];
-        Verdict::note(&verdict.object_ids_grow, ids.is_sorted_by(|a, b| a.id < b.id));
+        let before = part.start.checked_sub(1).map_or(0, |last| outputs.objects[last].id);
+        let (sound, grow) = glance::objects(&outputs.objects[part], before);
+        Verdict::note(&verdict.sound, sound);
+        Verdict::note(&verdict.object_ids_grow, grow);
         return;
     }
     at -= pieces[0];
     if at < pieces[1] {
         let fibres = &outputs.fibres[piece(outputs.fibres.len(), at, ELEMENTS)];
         let counts = (outputs.objects.len(), outputs.materials.len(), outputs.fibre_nodes.len());
-        Verdict::note(&verdict.sound, all(fibres, |f| fibre(f, counts.0, counts.1, counts.2)));
+        Verdict::note(&verdict.sound, glance::fibres(fibres, counts.0, counts.1, counts.2));
         return;
     }
     at -= pieces[1];
@@ -269,7 +272,7 @@ fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict)
         let at = pieces[3] - 1 - at;
         Verdict::note(
             &verdict.sound,
-            nodes(&outputs.fibre_nodes[piece(outputs.fibre_nodes.len(), at, NODES)]),
+            glance::nodes(&outputs.fibre_nodes[piece(outputs.fibre_nodes.len(), at, NODES)]),
         );
         return;
     }
@@ -288,25 +291,7 @@ fn piece(length: usize, at: usize, size: usize) -> Range<usize> {
 }
 
 fn all<T>(elements: &[T], check: impl Fn(&T) -> Checked) -> bool {
-    blocks(elements).all(|block| block.iter().all(|element| check(element).is_ok()))
-}
-
-/// Whether all nodes are sound. Nodes are many: four numbers at a time, and no branches.
-fn nodes(nodes: &[abi::FibreNode]) -> bool {
-    /// Below the least allowed position and radius; above comes [`FARTHEST_LOCAL`] for all four.
-    const BELOW: [f32; 4] = {
-        let position = (-FARTHEST_LOCAL).next_down();
-        [position, position, position, 0.0]
-    };
-    let mut good = [u32::MAX; 4];
-    for node in blocks(nodes).flatten() {
-        let [x, y, z] = node.position;
-        for (good, (value, below)) in good.iter_mut().zip([x, y, z, node.radius].into_iter().zip(BELOW)) {
-            // NaN fails every comparison.
-            *good &= u32::from((value > below) & (value <= FARTHEST_LOCAL)).wrapping_neg();
-        }
-    }
-    good == [u32::MAX; 4]
+    elements.iter().all(|element| check(element).is_ok())
 }
 
 fn node(node: &abi::FibreNode) -> Checked {
@@ -332,7 +317,6 @@ fn trace(trace: &abi::Trace) -> Checked {
     }
 }
 
-#[inline(always)]
 fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> Checked {
     index("object", fibre.object, objects, "objects")?;
     index("material", fibre.material, materials, "materials")?;
@@ -343,8 +327,8 @@ fn fibre(fibre: &abi::Fibre, objects: usize, materials: usize, nodes: usize) -> 
     if end > nodes as u64 {
         return fault("first_node", format!("and node_count end at {end}, there are {nodes} nodes"));
     }
-    flags(fibre.flags, abi::FLAG_NO_BLEND | abi::FIBRE_CAP | abi::FIBRE_BLADE)?;
-    if !(3..=64).contains(&fibre.sides) {
+    flags(fibre.flags, FIBRE_FLAGS)?;
+    if !SIDES.contains(&fibre.sides) {
         return fault("sides", format!("is {}, allowed is 3 to 64", fibre.sides));
     }
     above("flatness", fibre.flatness, 0.0)?;
@@ -362,8 +346,6 @@ fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureL
         let near = |[x, y, z]: [f32; 3]| {
             (x.abs() <= FARTHEST_LOCAL) & (y.abs() <= FARTHEST_LOCAL) & (z.abs() <= FARTHEST_LOCAL)
         };
-        let [x, y, z] = billboard.axis;
-        let across = ((x * x + y * y + z * z) - 1.0).abs() <= UNIT_TOLERANCE;
         near(billboard.position)
             & near(billboard.velocity)
             & (billboard.size > 0.0)
@@ -371,7 +353,7 @@ fn billboards(billboards: &[abi::Billboard], objects: usize, textures: &TextureL
             & (billboard.opacity >= 0.0)
             & (billboard.opacity <= 1.0)
             & billboard.roll.is_finite()
-            & (across | (billboard.flags & abi::BILLBOARD_FACING != 0))
+            & (is_unit(billboard.axis) | (billboard.flags & abi::BILLBOARD_FACING != 0))
             & ((billboard.object as usize) < objects)
             & known(billboard.texture)
             & (billboard.flags & !BILLBOARD_FLAGS == 0)
@@ -437,174 +419,4 @@ fn actor(actor: &abi::Actor) -> Checked {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-
-    fn good() -> Outputs {
-        let object = |id| abi::Object { id, ..Default::default() };
-        let node = |y| abi::FibreNode { position: [0.0, y, 0.0], radius: 0.01 };
-        Outputs {
-            objects: vec![object(1), object(2)],
-            materials: Arc::new(vec![abi::Material::default()]),
-            fibres: vec![abi::Fibre {
-                object: 1,
-                first_node: 1,
-                node_count: 2,
-                sides: 8,
-                flatness: 1.0,
-                normal: [1.0, 0.0, 0.0],
-                ..Default::default()
-            }],
-            fibre_nodes: vec![node(0.0), node(0.1), node(0.2)],
-            billboards: vec![
-                abi::Billboard { size: 0.01, flags: abi::BILLBOARD_FACING, ..Default::default() },
-                abi::Billboard { object: 1, size: 0.01, axis: [0.0, 1.0, 0.0], ..Default::default() },
-            ],
-            flows: vec![abi::Flow { kind: abi::FLOW_SOURCE, peak: 1.0, ..Default::default() }],
-            actors: vec![abi::Actor { id: 9, ..Default::default() }],
-            debug_lines: vec![abi::DebugLine::default()],
-            trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
-            textures: Arc::default(),
-        }
-    }
-
-    fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
-        let mut outputs = good();
-        spoil(&mut outputs);
-        Checker::default().check(&outputs, &alone).expect_err("the spoilt outputs passed")
-    }
-
-    #[test]
-    fn good_outputs_pass() {
-        assert_eq!(Checker::default().check(&good(), &alone), Ok(()));
-        assert_eq!(Checker::default().check(&Outputs::default(), &alone), Ok(()));
-    }
-
-    #[test]
-    fn a_message_names_stream_element_and_field() {
-        assert_eq!(
-            verdict(|o| o.fibre_nodes[2].position[1] = f32::NAN),
-            "stream fibre node, element 2: position is NaN, allowed is -100000 to 100000"
-        );
-        assert_eq!(
-            verdict(|o| o.fibres[0].first_node = 2),
-            "stream fibre, element 0: first_node and node_count end at 4, there are 3 nodes"
-        );
-        assert_eq!(verdict(|o| o.objects[1].id = 1), "stream object: two elements have the id 1");
-    }
-
-    #[test]
-    fn no_element_of_a_long_stream_is_overlooked_and_no_job_is_needed_twice() {
-        let mut outputs = good();
-        outputs.objects =
-            (1..=2 * ELEMENTS as u64 + 1).map(|id| abi::Object { id, ..Default::default() }).collect();
-        outputs.fibres = vec![outputs.fibres[0]; 2 * ELEMENTS + 1];
-        outputs.fibre_nodes = vec![outputs.fibre_nodes[0]; 2 * NODES + 1];
-        let check = |outputs: &Outputs| {
-            let jobs = std::sync::atomic::AtomicUsize::new(0);
-            let verdict = Checker::default().check(outputs, &|count, job| {
-                jobs.store(count, Ordering::Relaxed);
-                // Backwards: the order is nobody's promise.
-                (0..count).rev().for_each(job);
-            });
-            (verdict, jobs.into_inner())
-        };
-        assert_eq!(check(&outputs), (Ok(()), 11));
-        for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
-            let mut spoilt = outputs.clone();
-            spoilt.objects[at].bounds_radius = f32::NAN;
-            let message = check(&spoilt).0.expect_err("an object passed");
-            assert!(message.starts_with(&format!("stream object, element {at}: bounds_radius")), "{message}");
-            let mut spoilt = outputs.clone();
-            spoilt.fibres[at].sides = 0;
-            let message = check(&spoilt).0.expect_err("a fibre passed");
-            assert!(message.starts_with(&format!("stream fibre, element {at}: sides")), "{message}");
-        }
-        for at in [0, NODES - 1, NODES, 2 * NODES] {
-            for axis in 0..3 {
-                for wrong in [f32::NAN, f32::INFINITY, -1.01 * FARTHEST_LOCAL] {
-                    let mut spoilt = outputs.clone();
-                    spoilt.fibre_nodes[at].position[axis] = wrong;
-                    let message = check(&spoilt).0.expect_err("a node passed");
-                    assert!(
-                        message.starts_with(&format!("stream fibre node, element {at}: position")),
-                        "{message}"
-                    );
-                }
-            }
-        }
-        outputs.fibre_nodes[NODES].position = [-FARTHEST_LOCAL, FARTHEST_LOCAL, 0.0];
-        assert_eq!(check(&outputs).0, Ok(()), "the bounds themselves are allowed");
-    }
-
-    #[test]
-    fn ids_may_come_in_any_order_but_not_twice() {
-        let mut outputs = good();
-        outputs.objects =
-            (1..=2 * ELEMENTS as u64).rev().map(|id| abi::Object { id, ..Default::default() }).collect();
-        assert_eq!(Checker::default().check(&outputs, &alone), Ok(()));
-        // Twice in a row, over the border between two jobs.
-        outputs.objects.reverse();
-        outputs.objects[ELEMENTS].id = outputs.objects[ELEMENTS - 1].id;
-        let message = Checker::default().check(&outputs, &alone).expect_err("an id passed twice");
-        assert_eq!(message, format!("stream object: two elements have the id {ELEMENTS}"));
-    }
-
-    #[test]
-    fn every_kind_of_nonsense_is_refused() {
-        type Spoil = fn(&mut Outputs);
-        let cases: &[(&str, Spoil)] = &[
-            ("object, element 0: id", |o| o.objects[0].id = 0),
-            ("object, element 0: origin", |o| o.objects[0].origin[2] = f64::INFINITY),
-            ("object, element 1: origin", |o| o.objects[1].origin[0] = 2e6),
-            ("object, element 0: bounds_radius", |o| o.objects[0].bounds_radius = -1.0),
-            ("object, element 0: bounds_center", |o| o.objects[0].bounds_center[1] = f32::NAN),
-            ("object, element 0: flags", |o| o.objects[0].flags = 8),
-            ("material, element 0: base", |o| Arc::make_mut(&mut o.materials)[0].base[3] = 1.5),
-            ("material, element 0: pattern ", |o| Arc::make_mut(&mut o.materials)[0].pattern = 5),
-            ("material, element 0: texture", |o| Arc::make_mut(&mut o.materials)[0].texture = 1),
-            ("material, element 0: glow", |o| Arc::make_mut(&mut o.materials)[0].glow = f32::NAN),
-            ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = 0.0),
-            ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = f32::INFINITY),
-            ("fibre node, element 1: position", |o| o.fibre_nodes[1].position[2] = -2e5),
-            ("fibre, element 0: object", |o| o.fibres[0].object = 2),
-            ("fibre, element 0: material", |o| o.fibres[0].material = 1),
-            ("fibre, element 0: node_count", |o| o.fibres[0].node_count = 1),
-            ("fibre, element 0: first_node", |o| o.fibres[0].first_node = u32::MAX),
-            ("fibre, element 0: sides", |o| o.fibres[0].sides = 65),
-            ("fibre, element 0: flatness", |o| o.fibres[0].flatness = 0.0),
-            ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
-            ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
-            ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
-            ("billboard, element 0: position", |o| o.billboards[0].position[1] = f32::NAN),
-            ("billboard, element 1: velocity", |o| o.billboards[1].velocity[2] = f32::INFINITY),
-            ("billboard, element 0: size", |o| o.billboards[0].size = 0.0),
-            ("billboard, element 0: size", |o| o.billboards[0].size = f32::INFINITY),
-            ("billboard, element 1: opacity", |o| o.billboards[1].opacity = 1.01),
-            ("billboard, element 1: roll", |o| o.billboards[1].roll = f32::NAN),
-            ("billboard, element 1: axis", |o| o.billboards[1].axis = [0.0, 0.9, 0.0]),
-            ("billboard, element 0: axis", |o| o.billboards[0].flags = 0),
-            ("billboard, element 1: object", |o| o.billboards[1].object = 2),
-            ("billboard, element 0: texture", |o| o.billboards[0].texture = 7),
-            ("billboard, element 0: flags", |o| o.billboards[0].flags |= 4),
-            ("flow, element 0: kind", |o| o.flows[0].kind = 6),
-            ("flow, element 0: peak", |o| o.flows[0].peak = 0.0),
-            ("flow, element 0: axis", |o| o.flows[0].kind = abi::FLOW_DIRECTIONAL),
-            ("flow, element 0: strength", |o| o.flows[0].strength = f32::NAN),
-            ("flow, element 0: modulation", |o| o.flows[0].modulation = 1.1),
-            ("actor, element 0: id", |o| o.actors[0].id = 0),
-            ("actor, element 0: forward", |o| o.actors[0].forward = [0.5, 0.0, 0.0]),
-            ("actor, element 0: velocity", |o| o.actors[0].velocity[0] = f32::INFINITY),
-            ("debug line, element 0: channel", |o| o.debug_lines[0].channel = 32),
-            ("debug line, element 0: delta", |o| o.debug_lines[0].delta[0] = f32::NAN),
-            ("trace, element 0: kind", |o| o.trace[0].kind = 0),
-            ("trace, element 0: radius", |o| o.trace[0].radius = f32::NAN),
-        ];
-        for (expected, spoil) in cases {
-            let message = verdict(spoil);
-            assert!(message.starts_with(&format!("stream {expected}")), "{expected}: {message}");
-        }
-    }
-}
+mod tests;

@@ -3,6 +3,7 @@
 //! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
 
 pub mod check;
+mod glance;
 pub mod textures;
 
 use std::{collections::TryReserveError, ffi::c_void, sync::Arc};

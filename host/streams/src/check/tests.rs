@@ -1,0 +1,210 @@
+use std::sync::Arc;
+
+use super::*;
+
+fn good() -> Outputs {
+    let object = |id| abi::Object { id, ..Default::default() };
+    let node = |y| abi::FibreNode { position: [0.0, y, 0.0], radius: 0.01 };
+    Outputs {
+        objects: vec![object(1), object(2)],
+        materials: Arc::new(vec![abi::Material::default()]),
+        fibres: vec![abi::Fibre {
+            object: 1,
+            first_node: 1,
+            node_count: 2,
+            sides: 8,
+            flatness: 1.0,
+            normal: [1.0, 0.0, 0.0],
+            ..Default::default()
+        }],
+        fibre_nodes: vec![node(0.0), node(0.1), node(0.2)],
+        billboards: vec![
+            abi::Billboard { size: 0.01, flags: abi::BILLBOARD_FACING, ..Default::default() },
+            abi::Billboard { object: 1, size: 0.01, axis: [0.0, 1.0, 0.0], ..Default::default() },
+        ],
+        flows: vec![abi::Flow { kind: abi::FLOW_SOURCE, peak: 1.0, ..Default::default() }],
+        actors: vec![abi::Actor { id: 9, ..Default::default() }],
+        debug_lines: vec![abi::DebugLine::default()],
+        trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
+        textures: Arc::default(),
+    }
+}
+
+fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
+    let mut outputs = good();
+    spoil(&mut outputs);
+    Checker::default().check(&outputs, &alone).expect_err("the spoilt outputs passed")
+}
+
+#[test]
+fn good_outputs_pass() {
+    assert_eq!(Checker::default().check(&good(), &alone), Ok(()));
+    assert_eq!(Checker::default().check(&Outputs::default(), &alone), Ok(()));
+}
+
+#[test]
+fn a_message_names_stream_element_and_field() {
+    assert_eq!(
+        verdict(|o| o.fibre_nodes[2].position[1] = f32::NAN),
+        "stream fibre node, element 2: position is NaN, allowed is -100000 to 100000"
+    );
+    assert_eq!(
+        verdict(|o| o.fibres[0].first_node = 2),
+        "stream fibre, element 0: first_node and node_count end at 4, there are 3 nodes"
+    );
+    assert_eq!(verdict(|o| o.objects[1].id = 1), "stream object: two elements have the id 1");
+}
+
+#[test]
+fn no_element_of_a_long_stream_is_overlooked_and_no_job_is_needed_twice() {
+    let mut outputs = good();
+    outputs.objects =
+        (1..=2 * ELEMENTS as u64 + 1).map(|id| abi::Object { id, ..Default::default() }).collect();
+    outputs.fibres = vec![outputs.fibres[0]; 2 * ELEMENTS + 1];
+    outputs.fibre_nodes = vec![outputs.fibre_nodes[0]; 2 * NODES + 1];
+    let check = |outputs: &Outputs| {
+        let jobs = std::sync::atomic::AtomicUsize::new(0);
+        let verdict = Checker::default().check(outputs, &|count, job| {
+            jobs.store(count, Ordering::Relaxed);
+            // Backwards: the order is nobody's promise.
+            (0..count).rev().for_each(job);
+        });
+        (verdict, jobs.into_inner())
+    };
+    assert_eq!(check(&outputs), (Ok(()), 11));
+    for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
+        let mut spoilt = outputs.clone();
+        spoilt.objects[at].bounds_radius = f32::NAN;
+        let message = check(&spoilt).0.expect_err("an object passed");
+        assert!(message.starts_with(&format!("stream object, element {at}: bounds_radius")), "{message}");
+        let mut spoilt = outputs.clone();
+        spoilt.fibres[at].sides = 0;
+        let message = check(&spoilt).0.expect_err("a fibre passed");
+        assert!(message.starts_with(&format!("stream fibre, element {at}: sides")), "{message}");
+    }
+    for at in [0, NODES - 1, NODES, 2 * NODES] {
+        for axis in 0..3 {
+            for wrong in [f32::NAN, f32::INFINITY, -1.01 * FARTHEST_LOCAL] {
+                let mut spoilt = outputs.clone();
+                spoilt.fibre_nodes[at].position[axis] = wrong;
+                let message = check(&spoilt).0.expect_err("a node passed");
+                assert!(
+                    message.starts_with(&format!("stream fibre node, element {at}: position")),
+                    "{message}"
+                );
+            }
+        }
+    }
+    outputs.fibre_nodes[NODES].position = [-FARTHEST_LOCAL, FARTHEST_LOCAL, 0.0];
+    assert_eq!(check(&outputs).0, Ok(()), "the bounds themselves are allowed");
+}
+
+/// Elements of which a word has each of many values in turn.
+fn spoilt<T: bytemuck::Pod>(good: T) -> impl Iterator<Item = T> {
+    let edges = [0.0, 1.0, f32::MIN_POSITIVE, FARTHEST_LOCAL, 1e6, f32::MAX, f32::INFINITY];
+    let halves = [1.0, FARTHEST, f64::MAX, f64::INFINITY].map(|edge| (edge.to_bits() >> 32) as u32);
+    let edges = edges.map(f32::to_bits).into_iter().chain(halves).chain([2, 3, 64, u32::MAX >> 1]);
+    let near = |edge: u32| [edge.wrapping_sub(1), edge, edge.wrapping_add(1)];
+    let values: Vec<u32> = edges.flat_map(near).flat_map(|value| [value, value | 1 << 31]).collect();
+    let words = size_of::<T>() / 4;
+    (0..words * values.len()).map(move |i| {
+        let mut element = good;
+        bytemuck::cast_slice_mut::<T, u32>(std::slice::from_mut(&mut element))[i % words] = values[i / words];
+        element
+    })
+}
+
+#[test]
+fn the_first_look_passes_what_is_usual_and_never_what_the_second_refuses() {
+    let Outputs { objects, fibres, fibre_nodes, .. } = good();
+    let counts = (objects.len(), 1, fibre_nodes.len());
+    let mut seen = [[0; 2]; 3];
+    let mut compare = |stream: usize, glance: bool, check: Checked| {
+        assert!(check.is_ok() || !glance, "stream {stream}");
+        seen[stream][usize::from(glance)] += 1;
+    };
+    for o in spoilt(objects[0]) {
+        compare(0, glance::objects(&[o], 0).0, object(&o));
+    }
+    for f in spoilt(fibres[0]) {
+        let glance = glance::fibres(&[f], counts.0, counts.1, counts.2);
+        compare(1, glance, fibre(&f, counts.0, counts.1, counts.2));
+    }
+    for n in spoilt(fibre_nodes[1]) {
+        compare(2, glance::nodes(&[n]), node(&n));
+        assert_eq!(glance::nodes(&[fibre_nodes[0], n]), glance::nodes(&[n; 6]));
+    }
+    // Words that may be anything pass with every value; of the others, some values do.
+    let values = spoilt(0_u32).count();
+    assert!(seen[0][1] > 8 * values && seen[1][1] > 6 * values && seen[2][1] > values, "{seen:?}");
+    assert!(seen.iter().all(|[refused, _]| *refused > values), "{seen:?}");
+}
+
+#[test]
+fn ids_may_come_in_any_order_but_not_twice() {
+    let mut outputs = good();
+    outputs.objects =
+        (1..=2 * ELEMENTS as u64).rev().map(|id| abi::Object { id, ..Default::default() }).collect();
+    assert_eq!(Checker::default().check(&outputs, &alone), Ok(()));
+    // Twice in a row, over the border between two jobs.
+    outputs.objects.reverse();
+    outputs.objects[ELEMENTS].id = outputs.objects[ELEMENTS - 1].id;
+    let message = Checker::default().check(&outputs, &alone).expect_err("an id passed twice");
+    assert_eq!(message, format!("stream object: two elements have the id {ELEMENTS}"));
+}
+
+#[test]
+fn every_kind_of_nonsense_is_refused() {
+    type Spoil = fn(&mut Outputs);
+    let cases: &[(&str, Spoil)] = &[
+        ("object, element 0: id", |o| o.objects[0].id = 0),
+        ("object, element 0: origin", |o| o.objects[0].origin[2] = f64::INFINITY),
+        ("object, element 1: origin", |o| o.objects[1].origin[0] = 2e6),
+        ("object, element 0: bounds_radius", |o| o.objects[0].bounds_radius = -1.0),
+        ("object, element 0: bounds_center", |o| o.objects[0].bounds_center[1] = f32::NAN),
+        ("object, element 0: flags", |o| o.objects[0].flags = 8),
+        ("material, element 0: base", |o| Arc::make_mut(&mut o.materials)[0].base[3] = 1.5),
+        ("material, element 0: pattern ", |o| Arc::make_mut(&mut o.materials)[0].pattern = 5),
+        ("material, element 0: texture", |o| Arc::make_mut(&mut o.materials)[0].texture = 1),
+        ("material, element 0: glow", |o| Arc::make_mut(&mut o.materials)[0].glow = f32::NAN),
+        ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = 0.0),
+        ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = f32::INFINITY),
+        ("fibre node, element 1: position", |o| o.fibre_nodes[1].position[2] = -2e5),
+        ("fibre, element 0: object", |o| o.fibres[0].object = 2),
+        ("fibre, element 0: material", |o| o.fibres[0].material = 1),
+        ("fibre, element 0: node_count", |o| o.fibres[0].node_count = 1),
+        ("fibre, element 0: first_node", |o| o.fibres[0].first_node = u32::MAX),
+        ("fibre, element 0: sides", |o| o.fibres[0].sides = 65),
+        ("fibre, element 0: flatness", |o| o.fibres[0].flatness = 0.0),
+        ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
+        ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
+        ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
+        ("billboard, element 0: position", |o| o.billboards[0].position[1] = f32::NAN),
+        ("billboard, element 1: velocity", |o| o.billboards[1].velocity[2] = f32::INFINITY),
+        ("billboard, element 0: size", |o| o.billboards[0].size = 0.0),
+        ("billboard, element 0: size", |o| o.billboards[0].size = f32::INFINITY),
+        ("billboard, element 1: opacity", |o| o.billboards[1].opacity = 1.01),
+        ("billboard, element 1: roll", |o| o.billboards[1].roll = f32::NAN),
+        ("billboard, element 1: axis", |o| o.billboards[1].axis = [0.0, 0.9, 0.0]),
+        ("billboard, element 0: axis", |o| o.billboards[0].flags = 0),
+        ("billboard, element 1: object", |o| o.billboards[1].object = 2),
+        ("billboard, element 0: texture", |o| o.billboards[0].texture = 7),
+        ("billboard, element 0: flags", |o| o.billboards[0].flags |= 4),
+        ("flow, element 0: kind", |o| o.flows[0].kind = 6),
+        ("flow, element 0: peak", |o| o.flows[0].peak = 0.0),
+        ("flow, element 0: axis", |o| o.flows[0].kind = abi::FLOW_DIRECTIONAL),
+        ("flow, element 0: strength", |o| o.flows[0].strength = f32::NAN),
+        ("flow, element 0: modulation", |o| o.flows[0].modulation = 1.1),
+        ("actor, element 0: id", |o| o.actors[0].id = 0),
+        ("actor, element 0: forward", |o| o.actors[0].forward = [0.5, 0.0, 0.0]),
+        ("actor, element 0: velocity", |o| o.actors[0].velocity[0] = f32::INFINITY),
+        ("debug line, element 0: channel", |o| o.debug_lines[0].channel = 32),
+        ("debug line, element 0: delta", |o| o.debug_lines[0].delta[0] = f32::NAN),
+        ("trace, element 0: kind", |o| o.trace[0].kind = 0),
+        ("trace, element 0: radius", |o| o.trace[0].radius = f32::NAN),
+    ];
+    for (expected, spoil) in cases {
+        let message = verdict(spoil);
+        assert!(message.starts_with(&format!("stream {expected}")), "{expected}: {message}");
+    }
+}
