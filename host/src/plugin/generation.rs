@@ -8,7 +8,7 @@ use std::{
     panic::{self, AssertUnwindSafe},
     sync::{
         Arc, Condvar, Mutex, OnceLock, PoisonError,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     thread::{self, JoinHandle, ThreadId},
 };
@@ -16,7 +16,7 @@ use std::{
 use super::{
     guard::{self, Fate, Resident, Watch},
     instance::Health,
-    pool::{Pool, STACK},
+    pool::{self, Pool, STACK},
 };
 
 /// One loading of one library, with its threads.
@@ -47,6 +47,9 @@ enum Slot {
 
 struct Control {
     slot: Mutex<Slot>,
+    /// A task waits in the slot, or the end does: an idle control thread watches this for a short while before it sleeps, because
+    /// a sea that does not wait for a clock has its next call soon.
+    asked: AtomicBool,
     changed: Condvar,
 }
 
@@ -64,7 +67,11 @@ impl Generation {
         let workers = workers.clamp(1, MAX_WORKERS) as u32;
         let fate = Fate::new(number);
         let pool = Arc::new(Pool::new(&fate, workers)?);
-        let control = Arc::new(Control { slot: Mutex::new(Slot::Empty), changed: Condvar::new() });
+        let control = Arc::new(Control {
+            slot: Mutex::new(Slot::Empty),
+            asked: AtomicBool::new(false),
+            changed: Condvar::new(),
+        });
         let thread = {
             let (control, fate) = (control.clone(), fate.clone());
             thread::Builder::new().name(format!("reef-{number}-0")).stack_size(STACK).spawn(move || {
@@ -193,6 +200,7 @@ impl Control {
         };
         let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
         *slot = Slot::Waiting(task);
+        self.asked.store(true, Ordering::Release);
         // Who wakes up finds the lock free, and need not sleep again.
         drop(slot);
         self.changed.notify_all();
@@ -213,12 +221,14 @@ impl Control {
                 .changed
                 .wait_while(self.lock(), |slot| !matches!(slot, Slot::Waiting(_) | Slot::Quit))
                 .unwrap_or_else(PoisonError::into_inner);
+            self.asked.store(false, Ordering::Relaxed);
             let Slot::Waiting(task) = std::mem::replace(&mut *slot, Slot::Running) else { return };
             drop(slot);
             // SAFETY: `Generation::run` keeps the closure alive until the slot says `Done`.
             let outcome = panic::catch_unwind(AssertUnwindSafe(|| unsafe { (*task.0)() }));
             *self.lock() = Slot::Done(outcome.err());
             self.changed.notify_all();
+            pool::watch(|| self.asked.load(Ordering::Acquire));
         }
     }
 }
@@ -233,6 +243,7 @@ impl Generation {
         }
         self.pool.stop();
         *self.control.lock() = Slot::Quit;
+        self.control.asked.store(true, Ordering::Release);
         self.control.changed.notify_all();
         if let Some(thread) = self.control_thread.take() {
             // The thread catches every panic; there is nobody left to tell of another.

@@ -22,7 +22,7 @@ use super::{
 /// Stack of every thread that runs a plugin's code [bytes].
 pub(crate) const STACK: usize = 16 << 20;
 
-/// How long an idle worker watches before it sleeps: longer than the gaps between the loops of one step.
+/// How long an idle thread watches before it sleeps: longer than the gaps between the loops of one step.
 const WATCH: Duration = Duration::from_micros(40);
 
 /// One job of the contract.
@@ -294,7 +294,7 @@ impl Shared {
 }
 
 /// Looks again and again for a short while; true as soon as the condition holds.
-fn watch(condition: impl Fn() -> bool) -> bool {
+pub(super) fn watch(condition: impl Fn() -> bool) -> bool {
     let start = Instant::now();
     loop {
         for _ in 0..32 {
@@ -306,6 +306,8 @@ fn watch(condition: impl Fn() -> bool) -> bool {
         if start.elapsed() > WATCH {
             return false;
         }
+        // Whoever has work goes first.
+        thread::yield_now();
     }
 }
 

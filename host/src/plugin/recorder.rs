@@ -28,9 +28,9 @@ struct Progress {
 pub(crate) struct Recorder {
     /// The last good step's.
     current: Arc<Outputs>,
-    /// The running step's; nobody else has it.
-    staging: Arc<Outputs>,
-    /// Former ones, to be used again when nobody holds them any more.
+    /// The running step's; nobody else has it. None before a step begins.
+    staging: Option<Arc<Outputs>>,
+    /// Former ones, the newest last, to be used again when nobody holds them any more.
     spare: Vec<Arc<Outputs>>,
     /// Materials of the running step.
     materials: Vec<abi::Material>,
@@ -46,7 +46,7 @@ impl Recorder {
     pub(crate) fn new() -> Self {
         Self {
             current: Arc::default(),
-            staging: Arc::default(),
+            staging: None,
             spare: Vec::new(),
             materials: Vec::new(),
             progress: [Progress::default(); STREAMS],
@@ -68,7 +68,7 @@ impl Recorder {
 
     /// Fills all room that no good step's elements are in with nonsense, as the contract allows.
     pub(super) fn soil(&mut self) {
-        let unused = self.spare.iter_mut().chain([&mut self.staging]);
+        let unused = self.spare.iter_mut().chain(&mut self.staging);
         for outputs in unused.filter_map(Arc::get_mut) {
             (1..abi::STREAM_COUNT).filter_map(|stream| lane(outputs, stream).map(Lane::soil)).for_each(drop);
         }
@@ -85,9 +85,15 @@ impl Recorder {
         self.progress = [Progress::default(); STREAMS];
         self.message = None;
         self.refused = None;
-        if Arc::get_mut(&mut self.staging).is_none() {
-            self.staging = Arc::default();
+        if self.staging.as_mut().and_then(Arc::get_mut).is_none() {
+            // The newest that nobody holds: its memory is nearest. Only now are those of the step before the last free.
+            let free = self.spare.iter_mut().rposition(|outputs| Arc::get_mut(outputs).is_some());
+            self.staging = Some(free.map(|free| self.spare.remove(free)).unwrap_or_default());
         }
+    }
+
+    fn staging(staging: &mut Option<Arc<Outputs>>) -> Option<&mut Outputs> {
+        staging.as_mut().and_then(Arc::get_mut)
     }
 
     /// The table for the plugin. Valid until this value is used or moved.
@@ -130,7 +136,7 @@ impl Recorder {
             };
             keep[stream as usize] = committed(stream).filter(|_| wanted).unwrap_or(0) as usize;
         }
-        let staging = Arc::get_mut(&mut self.staging).ok_or("the host lost its output memory")?;
+        let staging = Self::staging(&mut self.staging).ok_or("the host lost its output memory")?;
         for stream in 1..abi::STREAM_COUNT {
             if let Some(lane) = lane(staging, stream) {
                 lane.truncate(keep[stream as usize]);
@@ -144,18 +150,13 @@ impl Recorder {
         }
         staging.textures = textures;
         self.checker.check(staging, share)?;
-        // The next staging set is one that nobody holds; with too many held ones, the oldest is left to its holders.
-        let free = match self.spare.iter_mut().position(|outputs| Arc::get_mut(outputs).is_some()) {
-            Some(free) => self.spare.remove(free),
-            None => {
-                if self.spare.len() >= SPARE {
-                    self.spare.remove(0);
-                }
-                Arc::default()
+        if let Some(finished) = self.staging.take() {
+            if self.spare.len() >= SPARE {
+                // Left to its holders.
+                self.spare.remove(0);
             }
-        };
-        let finished = std::mem::replace(&mut self.staging, free);
-        self.spare.push(std::mem::replace(&mut self.current, finished));
+            self.spare.push(std::mem::replace(&mut self.current, finished));
+        }
         Ok(())
     }
 
@@ -189,7 +190,7 @@ impl Recorder {
             }
             _ => return Err((abi::BAD_INPUT, format!("reserve: there is no stream {stream}"))),
         };
-        let staging = Arc::get_mut(&mut self.staging)
+        let staging = Self::staging(&mut self.staging)
             .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
         let lane: &mut dyn Lane = match stream {
             abi::STREAM_MATERIAL => &mut self.materials,
