@@ -7,7 +7,7 @@ use reef_sdk::{
 
 use reef_flow::simd::{blocks, prefetch};
 
-use super::{Bed, Spot};
+use super::{Bed, Listed, Spot};
 
 /// Elements of a stream that one job writes.
 const ELEMENTS: usize = 2048;
@@ -50,15 +50,26 @@ impl Bed {
 
     /// All fibres that are not broken off, plant by plant, the foot first.
     pub fn fibres(&self) -> impl Iterator<Item = abi::Fibre> + '_ {
-        let whole = |spot: &Spot| self.batch(spot).is_some_and(|b| !b.chunk.is_broken(spot.lane as usize));
-        (0..).zip(&self.spots).filter(move |(_, spot)| whole(spot)).map(|(at, spot)| self.fibre(at, spot))
+        let whole = |fibre: &&Listed| {
+            let Spot { lane, .. } = fibre.spot;
+            self.batch(&fibre.spot).is_some_and(|batch| !batch.chunk.is_broken(lane.into()))
+        };
+        self.listed.iter().filter(whole).map(|fibre| {
+            let mut into = abi::Fibre::default();
+            self.describe(fibre, &mut into);
+            into
+        })
     }
 
-    /// Fibre `at` of the list of all.
-    fn fibre(&self, at: usize, spot: &Spot) -> abi::Fibre {
-        let normal =
-            self.batch(spot).map_or([1.0, 0.0, 0.0], |b| b.chunk.normal(spot.lane as usize).to_array());
-        abi::Fibre { normal, ..self.templates.get(at).copied().unwrap_or_default() }
+    /// Writes a fibre to its place: whoever first put it together elsewhere would wait for his own writes.
+    #[inline(always)]
+    fn describe(&self, fibre: &Listed, into: &mut abi::Fibre) {
+        *into = self.looks[fibre.look as usize];
+        into.object = fibre.plant;
+        into.first_node = fibre.first_node;
+        into.variation = fibre.variation;
+        let batch = self.batch(&fibre.spot);
+        into.normal = batch.map_or([1.0, 0.0, 0.0], |b| b.chunk.normal(fibre.spot.lane.into()).to_array());
     }
 
     /// Writes [`Self::fibres`] and returns how many that were. `room` has room for [`Self::fibre_count`].
@@ -66,14 +77,14 @@ impl Bed {
         if self.feet.iter().chain(&self.fibres).chain(&self.followers).any(|b| b.chunk.has_broken()) {
             return room.iter_mut().zip(self.fibres()).map(|(slot, fibre)| *slot = fibre).count();
         }
-        let count = room.len().min(self.spots.len());
+        let count = room.len().min(self.listed.len());
         workers.for_each_part((Chunks::new(&mut room[..count], ELEMENTS),), |part, (room,)| {
             let first = part * ELEMENTS;
-            let (spots, mut written) = (&self.spots[first..], 0);
-            for block in blocks(&self.templates[first..first + room.len()]) {
-                prefetch(room.get(written + 2 * block.len()..written + 3 * block.len()).unwrap_or_default());
-                for at in written..written + block.len() {
-                    room[at] = self.fibre(first + at, &spots[at]);
+            let mut written = 0;
+            for block in blocks(&self.listed[first..first + room.len()]) {
+                prefetch(room.get(written + block.len()..written + 2 * block.len()).unwrap_or_default());
+                for (slot, fibre) in room[written..].iter_mut().zip(block) {
+                    self.describe(fibre, slot);
                 }
                 written += block.len();
             }
@@ -86,12 +97,12 @@ impl Bed {
         let all = self
             .plants
             .iter()
-            .flat_map(|plant| self.spots[plant.fibres.clone()].iter().map(move |spot| (plant, spot)));
+            .flat_map(|plant| self.listed[plant.fibres.clone()].iter().map(move |fibre| (plant, fibre.spot)));
         (0_u64..).zip(all).flat_map(move |(object, (plant, spot))| {
-            let chunk = self.batch(spot).map(|batch| &batch.chunk);
+            let chunk = self.batch(&spot).map(|batch| &batch.chunk);
             let lane = spot.lane as usize;
             chunk.into_iter().flat_map(move |chunk| {
-                (0..spot.nodes).map(move |node| Trace {
+                (0..=chunk.segments() as u32).map(move |node| Trace {
                     object,
                     position: (plant.origin + chunk.node(lane, node as usize).as_dvec3()).to_array(),
                     radius: chunk.radius(lane, node as usize),

@@ -90,10 +90,20 @@ pub(crate) enum Wave {
 /// Where a fibre is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spot {
-    pub(crate) wave: Wave,
     pub(crate) batch: u32,
-    pub(crate) lane: u32,
-    pub(crate) nodes: u32,
+    pub(crate) lane: u16,
+    pub(crate) wave: Wave,
+}
+
+/// One fibre in the list of all: where it is, and what of it never changes in the streams. Small, since a step reads all of it.
+#[derive(Clone, Copy, Debug)]
+struct Listed {
+    spot: Spot,
+    plant: u32,
+    first_node: u32,
+    variation: u32,
+    /// In [`Bed::looks`].
+    look: u32,
 }
 
 /// Fibres that one job steps.
@@ -139,14 +149,15 @@ pub struct Bed {
     feet: Vec<Batch>,
     pub(crate) fibres: Vec<Batch>,
     followers: Vec<Batch>,
-    spots: Vec<Spot>,
+    /// All fibres, plant by plant, the foot first.
+    listed: Vec<Listed>,
+    /// What many fibres have in common in the streams.
+    looks: Vec<abi::Fibre>,
     /// Origin and reach of each plant [m], as its object has them: what stands still is looked up side by side.
     bounds: Vec<([f64; 3], f32)>,
     /// Plants with a foot; plants that others perceive.
     footed: Vec<u32>,
     perceived: Vec<u32>,
-    /// What of each fibre never changes in the streams.
-    templates: Vec<abi::Fibre>,
     materials: Vec<Material>,
     /// Where each batch's nodes begin, one more at the end; the three waves one after the other.
     node_bounds: [Vec<usize>; 3],
@@ -166,11 +177,11 @@ impl Bed {
             feet: Vec::new(),
             fibres: Vec::new(),
             followers: Vec::new(),
-            spots: Vec::new(),
+            listed: Vec::new(),
+            looks: Vec::new(),
             bounds: Vec::new(),
             footed: Vec::new(),
             perceived: Vec::new(),
-            templates: Vec::new(),
             materials: harvest.materials,
             node_bounds: Default::default(),
             nodes: 0,
@@ -194,7 +205,7 @@ impl Bed {
 
     /// Fibres, feet included.
     pub fn fibre_count(&self) -> usize {
-        self.spots.len()
+        self.listed.len()
     }
 
     /// Plants, bare fibres included.
@@ -221,7 +232,8 @@ impl Bed {
 
     /// Vertices of all rings at full detail.
     pub fn vertex_count(&self) -> u64 {
-        self.templates.iter().map(|fibre| u64::from(fibre.node_count) * u64::from(fibre.sides)).sum()
+        let looks = self.listed.iter().filter_map(|fibre| self.looks.get(fibre.look as usize));
+        looks.map(|look| u64::from(look.node_count) * u64::from(look.sides)).sum()
     }
 
     /// One step; with dt = 0 the poses stay. Writes all nodes to `nodes`, which must have room for

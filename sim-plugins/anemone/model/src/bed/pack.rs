@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi;
 
-use super::{Batch, Bed, Spot, Standing, Wave};
+use super::{Batch, Bed, Listed, Spot, Standing, Wave};
 use crate::{
     frame::Frame,
     plant::{self, Strand},
@@ -20,7 +20,7 @@ impl Bed {
         for (index, seedling) in (0_u32..).zip(seedlings) {
             let plant = &seedling.plant;
             let riding = plant.foot.is_some();
-            let first = self.spots.len();
+            let first = self.listed.len();
             let foot = plant.foot.as_ref().map(|strand| feet.add(strand, index, seedling, false, None));
             if let (Some(spot), Some(strand)) = (foot, &plant.foot) {
                 self.list(spot, strand, index, seedling);
@@ -28,7 +28,7 @@ impl Bed {
             let mut guides = Vec::with_capacity(plant.guides.len());
             for strand in &plant.guides {
                 let spot = fibres.add(strand, index, seedling, riding, None);
-                guides.push((spot.batch, spot.lane));
+                guides.push((spot.batch, u32::from(spot.lane)));
                 self.list(spot, strand, index, seedling);
             }
             for (strand, nearest, weights) in &plant.followers {
@@ -49,7 +49,7 @@ impl Bed {
                 reach: plant.reach,
                 crown: plant.crown,
                 species: seedling.species,
-                fibres: first..self.spots.len(),
+                fibres: first..self.listed.len(),
             });
         }
         self.feet = feet.finish();
@@ -67,14 +67,14 @@ impl Bed {
         }
         self.nodes = nodes;
         let starts = [0, self.wave_nodes(0), self.wave_nodes(0) + self.wave_nodes(1)];
-        for (spot, template) in self.spots.iter_mut().zip(&mut self.templates) {
-            let wave = spot.wave as usize;
-            let within = spot.lane as usize * spot.nodes as usize;
+        for fibre in &mut self.listed {
+            let (spot, wave) = (fibre.spot, fibre.spot.wave as usize);
+            let nodes = self.looks[fibre.look as usize].node_count as usize;
             let batch = self.node_bounds[wave][spot.batch as usize];
-            template.first_node = (starts[wave] + batch + within) as u32;
+            fibre.first_node = (starts[wave] + batch + usize::from(spot.lane) * nodes) as u32;
         }
         for plant in &mut self.plants {
-            plant.foot = plant.foot.and_then(|_| self.spots.get(plant.fibres.start).copied());
+            plant.foot = plant.foot.and_then(|_| self.listed.get(plant.fibres.start)).map(|fibre| fibre.spot);
         }
         for (index, plant) in (0..).zip(&self.plants) {
             if plant.foot.is_some() {
@@ -93,17 +93,20 @@ impl Bed {
     fn list(&mut self, spot: Spot, strand: &Strand, plant: u32, seedling: &Seedling) {
         let part = usize::from(spot.wave != Wave::Feet);
         let blade = part == 1 && seedling.flatness < 1.0;
-        self.spots.push(spot);
-        self.templates.push(abi::Fibre {
-            object: plant,
-            node_count: spot.nodes,
+        let look = abi::Fibre {
+            node_count: strand.shape.nodes() as u32,
             material: seedling.materials[part],
             flags: if part == 0 { abi::FIBRE_CAP } else { 0 } | if blade { abi::FIBRE_BLADE } else { 0 },
             sides: seedling.sides[part],
-            variation: strand.variation,
             flatness: if part == 1 { seedling.flatness } else { 1.0 },
             ..abi::Fibre::default()
-        });
+        };
+        let known = self.looks.iter().rposition(|known| *known == look);
+        let look = known.unwrap_or_else(|| {
+            self.looks.push(look);
+            self.looks.len() - 1
+        }) as u32;
+        self.listed.push(Listed { spot, plant, first_node: 0, variation: strand.variation, look });
     }
 }
 
@@ -172,12 +175,7 @@ impl Packer {
         open.stiffness.push(strand.stiffness);
         open.plants.push(plant);
         open.blends.extend(blend);
-        Spot {
-            wave: self.wave,
-            batch: at as u32,
-            lane: open.lanes.len() as u32 - 1,
-            nodes: strand.shape.nodes() as u32,
-        }
+        Spot { wave: self.wave, batch: at as u32, lane: open.lanes.len() as u16 - 1 }
     }
 
     fn finish(self) -> Vec<Batch> {

@@ -14,8 +14,9 @@ pub(crate) const GROUPS: usize = 4;
 /// Fibres in a chunk at most.
 pub const MOST_FIBRES: usize = GROUPS * LANES;
 
-/// One segment of sixteen fibres: what never changes in a step.
+/// One segment of sixteen fibres: what never changes in a step. Like the others below, each vector a line of the cache.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 pub(crate) struct Segment {
     /// L_i [m].
     pub(crate) length: Sixteen,
@@ -31,6 +32,7 @@ pub(crate) struct Segment {
 
 /// One segment of sixteen fibres: its pose.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 pub(crate) struct Pose {
     /// Bend away from the rest direction [rad]: the state.
     pub(crate) bend: [Sixteen; 2],
@@ -40,6 +42,7 @@ pub(crate) struct Pose {
 
 /// Sixteen fibres' roots and what belongs to a whole fibre.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(crate) struct Group {
     /// N_0 [m], relative to the plant's origin.
     pub(crate) root: [Sixteen; 3],

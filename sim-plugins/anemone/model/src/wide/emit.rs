@@ -1,75 +1,79 @@
 //! Poses as the streams have them.
 
-use fearless_simd::{Simd, f32x4, f32x16, prelude::*};
-use reef_flow::simd::{mul_add, splat16 as splat};
+use fearless_simd::{Simd, f32x16, prelude::*};
+use reef_flow::simd::splat16 as splat;
 
 use super::{
-    LANES, Sixteen,
+    LANES,
     chunk::{Chunk, Group},
-    kernel::{Vector, load3, store3},
+    kernel::{Vector, add_scaled, load, load3, store3},
 };
 
 /// See [`super::emit`].
-///
-/// Four fibres at a time, root to tip: each line of the stream is written whole before the next one is begun.
 #[inline(always)]
 pub(crate) fn emit<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
-    let lowest = chunk.poses.len() - chunk.groups;
-    for (root, lowest) in chunk.roots.iter_mut().zip(&chunk.poses[lowest..]) {
-        let normal = normal(simd, root, load3(simd, &lowest.direction));
-        store3(&mut root.normal, normal);
-    }
     let nodes = chunk.segments + 1;
-    for (four, into) in into.chunks_mut(4 * nodes).enumerate().take(chunk.count.div_ceil(4)) {
-        let (group, at) = (four * 4 / LANES, four * 4 % LANES);
+    let mut tray = Tray::new();
+    for group in 0..chunk.groups {
         let root = &chunk.roots[group];
-        let mut node = four_of(simd, &root.root, at);
-        write(simd, into, nodes, 0, node, &root.root_radius[at..at + 4]);
+        let mut node = load3(simd, &root.root);
+        tray.put(node, load(simd, &root.root_radius));
+        tray.empty(group, 0, into, nodes);
         for s in 0..chunk.segments {
             let segment = &chunk.constants[chunk.constants_of(s, group)];
-            let d = four_of(simd, &chunk.poses[chunk.pose_of(s, group)].direction, at);
-            let length = f32x4::from_slice(simd, &segment.length[at..at + 4]);
-            node = [
-                mul_add(d[0], length, node[0]),
-                mul_add(d[1], length, node[1]),
-                mul_add(d[2], length, node[2]),
-            ];
-            write(simd, into, nodes, s + 1, node, &segment.radius[at..at + 4]);
+            let direction = load3(simd, &chunk.poses[chunk.pose_of(s, group)].direction);
+            if s == 0 {
+                face(simd, &mut chunk.roots[group], direction);
+            }
+            node = add_scaled(node, direction, load(simd, &segment.length));
+            tray.put(node, load(simd, &segment.radius));
+            tray.empty(group, s + 1, into, nodes);
         }
     }
 }
 
-/// The vectors of four of sixteen fibres, from lane `at` on.
-#[inline(always)]
-fn four_of<S: Simd>(simd: S, [x, y, z]: &[Sixteen; 3], at: usize) -> [f32x4<S>; 3] {
-    [
-        f32x4::from_slice(simd, &x[at..at + 4]),
-        f32x4::from_slice(simd, &y[at..at + 4]),
-        f32x4::from_slice(simd, &z[at..at + 4]),
-    ]
+/// One node of each of sixteen fibres, x, y, z and radius, on its way from lanes to where each fibre's nodes follow one another.
+/// It goes through memory because stores of single nodes straight out of wide registers would keep the one unit busy that can
+/// take these apart.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Tray([[f32; 4]; LANES]);
+
+impl Tray {
+    pub(crate) fn new() -> Self {
+        Self([[0.0; 4]; LANES])
+    }
+
+    /// Takes a node of each fibre.
+    #[inline(always)]
+    pub(crate) fn put<S: Simd>(&mut self, [x, y, z]: Vector<S>, radius: f32x16<S>) {
+        let (xz, yr) = (x.zip_low(z), y.zip_low(radius));
+        let (xz_high, yr_high) = (x.zip_high(z), y.zip_high(radius));
+        let (row, _) = self.0.as_flattened_mut().as_chunks_mut::<LANES>();
+        xz.zip_low(yr).store_slice(&mut row[0]);
+        xz.zip_high(yr).store_slice(&mut row[1]);
+        xz_high.zip_low(yr_high).store_slice(&mut row[2]);
+        xz_high.zip_high(yr_high).store_slice(&mut row[3]);
+    }
+
+    /// Writes them as nodes `at` of the fibres of group `group` in `into`, of `nodes` nodes each. The last group may have fewer
+    /// than sixteen.
+    #[inline(always)]
+    pub(crate) fn empty(&self, group: usize, at: usize, into: &mut [[f32; 4]], nodes: usize) {
+        let own = into.get_mut(group * LANES * nodes..).unwrap_or_default();
+        for (fibre, node) in own.chunks_exact_mut(nodes).zip(&self.0) {
+            if let Some(out) = fibre.get_mut(at) {
+                *out = *node;
+            }
+        }
+    }
 }
 
-/// Writes node `at` of up to four fibres of `nodes` nodes each.
+/// Works out the normals of sixteen fibres whose first segments run along `d`.
 #[inline(always)]
-fn write<S: Simd>(
-    simd: S,
-    into: &mut [[f32; 4]],
-    nodes: usize,
-    at: usize,
-    [x, y, z]: [f32x4<S>; 3],
-    radius: &[f32],
-) {
-    let radius = f32x4::from_slice(simd, radius);
-    let (xz, yr) = (x.zip_low(z), y.zip_low(radius));
-    let (xz_high, yr_high) = (x.zip_high(z), y.zip_high(radius));
-    let four = [xz.zip_low(yr), xz.zip_high(yr), xz_high.zip_low(yr_high), xz_high.zip_high(yr_high)];
-    let mut fibre = 0;
-    while fibre < 4 {
-        if let Some(out) = into.get_mut(fibre * nodes + at) {
-            four[fibre].store_slice(out);
-        }
-        fibre += 1;
-    }
+pub(crate) fn face<S: Simd>(simd: S, root: &mut Group, d: Vector<S>) {
+    let normal = normal(simd, root, d);
+    store3(&mut root.normal, normal);
 }
 
 /// The root frame's x, carried to the first segment's direction by the smallest turn. Sums without fused operations.

@@ -11,7 +11,7 @@ use super::{
     Sixteen,
     chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
-    pose,
+    emit, pose,
 };
 use crate::shape::{CRITICAL_REYNOLDS, DRAG_COEFFICIENTS};
 
@@ -112,7 +112,7 @@ pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> V
     [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
 }
 
-/// See [`super::step`]. `next`: what will be written after it.
+/// See [`super::step`] and [`super::step_into`]: with nothing in `into`, nothing is written.
 #[inline(always)]
 pub(crate) fn step<S: Simd>(
     simd: S,
@@ -120,11 +120,13 @@ pub(crate) fn step<S: Simd>(
     packed: &Packed,
     contacts: &Contacts,
     constants: &StepConstants,
-    next: &[[f32; 4]],
+    into: &mut [[f32; 4]],
 ) {
-    loads(simd, chunk, packed, contacts, constants);
+    loads(simd, chunk, packed, contacts, constants, into);
     if !constants.rigid {
-        pose::bend(simd, chunk, next);
+        pose::bend(simd, chunk, into);
+    } else if !into.is_empty() {
+        emit::emit(simd, chunk, into);
     }
 }
 
@@ -150,7 +152,10 @@ impl Law {
     }
 }
 
-/// F(N_i), eq. (13), of every node, tip to root.
+/// F(N_i), eq. (13), of every node, tip to root. `next`: what will be written after it.
+///
+/// Segment by segment, in two loops over the groups: a processor looks ahead as far as one group's whole chain is long, and so
+/// that several are under way, chains are cut in two.
 #[inline(always)]
 fn loads<S: Simd>(
     simd: S,
@@ -158,6 +163,7 @@ fn loads<S: Simd>(
     packed: &Packed,
     contacts: &Contacts,
     constants: &StepConstants,
+    next: &[[f32; 4]],
 ) {
     let law = Law::of(chunk, constants);
     let still = packed.is_still();
@@ -168,39 +174,44 @@ fn loads<S: Simd>(
     prefetch(&chunk.roots);
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
-    // N_i of each group.
-    let mut nodes = handed;
+    // F(N_i), and N_i of each group.
+    let (mut forces, mut nodes) = (handed, handed);
     for (node, root) in nodes.iter_mut().zip(&chunk.roots) {
         *node = load3(simd, &root.tip);
     }
+    let mut next = next.chunks(next.len().div_ceil(chunk.segments).max(1));
     for s in (0..chunk.segments).rev() {
         // From the tip down the rows follow one another: this one, then the one below.
         let (above, below) = chunk.poses.split_at_mut((chunk.segments - s) * groups);
         let own = &mut above[(chunk.segments - 1 - s) * groups..];
         prefetch(below.get(groups..2 * groups).unwrap_or_default());
+        prefetch(next.next().unwrap_or_default());
         let row = &chunk.constants[s * kinds..(s + 1) * kinds];
         for g in 0..groups {
-            let (pose, segment) = (&mut own[g], &row[g.min(kinds - 1)]);
-            let (root, node, handed) = (&chunk.roots[g], &mut nodes[g], &mut handed[g]);
-            let mut force = *handed;
+            let (segment, root, node) = (&row[g.min(kinds - 1)], &chunk.roots[g], nodes[g]);
+            let mut force = handed[g];
             if !still {
-                force = flow_force(simd, *node, segment, root, packed, law, constants.current, force);
+                force = flow_force(simd, node, segment, root, packed, law, constants.current, force);
             }
             if loaded {
                 force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
             }
             if touching {
-                force = contact_force(simd, *node, segment, root, contacts, constants.contact, force);
+                force = contact_force(simd, node, segment, root, contacts, constants.contact, force);
             }
+            forces[g] = force;
+        }
+        for g in 0..groups {
+            let (pose, segment) = (&mut own[g], &row[g.min(kinds - 1)]);
             let below = match below.get(g) {
                 Some(pose) => load3(simd, &pose.direction),
-                None => load3(simd, &root.frame[2]),
+                None => load3(simd, &chunk.roots[g].frame[2]),
             };
             let direction = load3(simd, &pose.direction);
-            *handed = hand_down(simd, direction, segment, force, below);
-            *node = sub_scaled(*node, direction, load(simd, &segment.length));
+            handed[g] = hand_down(simd, direction, segment, forces[g], below);
+            nodes[g] = sub_scaled(nodes[g], direction, load(simd, &segment.length));
             if !constants.rigid {
-                store3(&mut pose.direction, force);
+                store3(&mut pose.direction, forces[g]);
             }
         }
     }

@@ -32,10 +32,10 @@ pub fn step(
     contacts: &Contacts,
     constants: &StepConstants,
 ) {
-    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, &[]));
+    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, &mut []));
 }
 
-/// As [`step`], then [`emit`]: the same bytes, in less time, since the memory of `into` comes near while the bends are made.
+/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out.
 pub fn step_into(
     level: Level,
     chunk: &mut Chunk,
@@ -44,10 +44,7 @@ pub fn step_into(
     constants: &StepConstants,
     into: &mut [[f32; 4]],
 ) {
-    reef_flow::dispatch!(level, simd => {
-        kernel::step(simd, chunk, packed, contacts, constants, into);
-        emit::emit(simd, chunk, into);
-    });
+    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, into));
 }
 
 /// Places the nodes by the bends as they are: after a start, a loaded state, or a root that was moved.

@@ -1,11 +1,12 @@
 //! Bends and the poses that follow from them, root to tip.
 
 use fearless_simd::{Select, Simd, f32x16, prelude::*};
-use reef_flow::simd::{mul_add, prefetch, splat16 as splat};
+use reef_flow::simd::{mul_add, splat16 as splat};
 
 use super::{
     LANES, Sixteen,
     chunk::{Blend, Chunk, GROUPS, Group, Pose},
+    emit::{self, Tray},
     kernel::{Vector, add_scaled, dot, load, load3, store, store3, sub_scaled},
 };
 use crate::reference::Damper;
@@ -93,16 +94,10 @@ impl<S: Simd> Walker<S> {
         self.turn(simd, local, [local[0] * w, local[1] * w]);
     }
 
-    /// Turns by a bend and goes to the end of the segment.
+    /// Turns and goes to the end of the segment.
     #[inline(always)]
-    fn advance(&mut self, simd: S, bend: [f32x16<S>; 2], length: f32x16<S>) {
-        let angle2 = mul_add(bend[1], bend[1], bend[0] * bend[0]);
-        let one = splat(simd, 1.0);
-        let sinc = mul_add(polynomial(simd, &SINC, angle2), angle2, one);
-        let cosine = polynomial(simd, &COSINE, angle2) * angle2;
-        let cosine = mul_add(cosine, angle2, mul_add(angle2, splat(simd, -0.5), one));
-        let tangent = mul_add(polynomial(simd, &HALF_TANGENT, angle2), angle2, splat(simd, 0.5));
-        self.turn(simd, [bend[0] * sinc, bend[1] * sinc, cosine], [bend[0] * tangent, bend[1] * tangent]);
+    fn advance(&mut self, simd: S, turn: &Turn<S>, length: f32x16<S>) {
+        self.turn(simd, turn.local, turn.tangent);
         self.node = add_scaled(self.node, self.z, length);
     }
 
@@ -112,26 +107,59 @@ impl<S: Simd> Walker<S> {
     }
 }
 
-/// Bends every joint toward the angle at which its spring holds the force that `loads` left, and places the nodes.
+/// Where a bend turns z to, see [`Walker::turn`].
+#[derive(Clone, Copy)]
+struct Turn<S: Simd> {
+    local: Vector<S>,
+    tangent: [f32x16<S>; 2],
+}
+
+impl<S: Simd> Turn<S> {
+    #[inline(always)]
+    fn idle(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        Self { local: [zero; 3], tangent: [zero; 2] }
+    }
+
+    #[inline(always)]
+    fn of(simd: S, bend: [f32x16<S>; 2]) -> Self {
+        let angle2 = mul_add(bend[1], bend[1], bend[0] * bend[0]);
+        let one = splat(simd, 1.0);
+        let sinc = mul_add(polynomial(simd, &SINC, angle2), angle2, one);
+        let cosine = polynomial(simd, &COSINE, angle2) * angle2;
+        let cosine = mul_add(cosine, angle2, mul_add(angle2, splat(simd, -0.5), one));
+        let tangent = mul_add(polynomial(simd, &HALF_TANGENT, angle2), angle2, splat(simd, 0.5));
+        Self {
+            local: [bend[0] * sinc, bend[1] * sinc, cosine],
+            tangent: [bend[0] * tangent, bend[1] * tangent],
+        }
+    }
+}
+
+/// Bends every joint toward the angle at which its spring holds the force that `loads` left, and places the nodes. Writes them to
+/// `into`, unless that is empty.
 ///
-/// `next` is memory that will be written afterwards, and is asked for meanwhile.
-///
-/// Segment by segment, each in three short loops over the groups: what one group computes is a long chain of roots and
-/// quotients, and only side by side do the groups fill the time that each link takes.
+/// Segment by segment, each in short loops over the groups: what one group computes is a long chain of roots and quotients, and
+/// only side by side do the groups fill the time that each link takes.
 #[inline(always)]
-pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, next: &[[f32; 4]]) {
+pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
     let (groups, kinds) = (chunk.groups.min(GROUPS), chunk.kinds);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
     let mut walkers = [Walker::start(simd, first); GROUPS];
     for (walker, root) in walkers.iter_mut().zip(&chunk.roots) {
         *walker = Walker::start(simd, root);
     }
-    let mut joints = [Joint::idle(simd); GROUPS];
-    let mut next = next.chunks(next.len().div_ceil(chunk.segments).max(1));
+    let (mut joints, mut turns) = ([Joint::idle(simd); GROUPS], [Turn::idle(simd); GROUPS]);
+    let (nodes, writes) = (chunk.segments + 1, !into.is_empty());
+    let mut trays = [Tray::new(); GROUPS];
+    if writes {
+        for ((tray, walker), root) in trays.iter_mut().zip(&walkers).zip(&chunk.roots) {
+            tray.put(walker.node, load(simd, &root.root_radius));
+        }
+    }
     for s in 0..chunk.segments {
         let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
         let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
-        prefetch(next.next().unwrap_or_default());
         let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
         for g in 0..groups {
             let kind = g.min(kinds - 1);
@@ -145,21 +173,35 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, next: &[[f32; 4]]) {
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             joints[g] = Joint::new(simd, local, load(simd, &segment.spring), old);
         }
-        for _ in 0..NEWTON_STEPS {
+        for at in 0..NEWTON_STEPS {
             for joint in &mut joints[..groups] {
                 joint.approach(simd);
             }
+            // While the joints wait for quotients, nodes of the segment below go out.
+            for g in (at * GAP..(at + 1) * GAP).take_while(|g| writes && *g < groups) {
+                trays[g].empty(g, s, into, nodes);
+            }
         }
         for g in 0..groups {
-            let (pose, segment) = (&mut poses[g], &constants[g.min(kinds - 1)]);
-            let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
+            let (pose, root) = (&mut poses[g], &chunk.roots[g]);
             let target = joints[g].bend(simd);
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             let gain = load(simd, &root.gain) * load(simd, &root.damping);
             let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);
             store(&mut pose.bend[1], bend[1]);
-            walker.advance(simd, bend, load(simd, &segment.length));
+            turns[g] = Turn::of(simd, bend);
+        }
+        for g in 0..groups {
+            let (pose, segment) = (&mut poses[g], &constants[g.min(kinds - 1)]);
+            let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
+            walker.advance(simd, &turns[g], load(simd, &segment.length));
+            if writes {
+                trays[g].put(walker.node, load(simd, &segment.radius));
+                if s == 0 {
+                    emit::face(simd, root, walker.z);
+                }
+            }
             if s == last {
                 watch(simd, root, load3(simd, &root.tip), walker.node);
                 store3(&mut root.tip, walker.node);
@@ -167,10 +209,17 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, next: &[[f32; 4]]) {
             walker.leave(pose);
         }
     }
+    if writes {
+        for (g, tray) in trays.iter().enumerate().take(groups) {
+            tray.empty(g, chunk.segments, into, nodes);
+        }
+    }
 }
 
 /// Newton's steps toward the equilibrium of a joint.
 const NEWTON_STEPS: usize = 3;
+/// Groups whose nodes go out between two of them.
+const GAP: usize = GROUPS.div_ceil(NEWTON_STEPS - 1);
 
 /// The equilibrium of sixteen joints under forces that are given in the axes of their rest frames: eq. (10) solved for
 /// u = tan(α/2). With P the force across the rest direction, Q that along it and κ = k L, [`crate::reference`]'s equation
@@ -266,7 +315,7 @@ pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
                 walker.rest(simd, rest);
             }
             let bend = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
-            walker.advance(simd, bend, load(simd, &segment.length));
+            walker.advance(simd, &Turn::of(simd, bend), load(simd, &segment.length));
             walker.leave(pose);
         }
         store3(&mut chunk.roots[g].tip, walker.node);
