@@ -1,15 +1,15 @@
 //! Sprites: suspended particles, local fog. Drawn after everything that is solid, from far to near, soft where they meet it.
 //!
-//! [`super::sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points, `sprite.vert` and
+//! [`reef_sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points, `sprite.vert` and
 //! `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
+use reef_sprites::{Kind, Seen, Sizes};
 
 use super::{
     layers::Layers,
     quality::{ByQuality, Quality},
-    sprites::{Kind, Seen, Sizes},
     targets::{DEPTH, LIGHT, Targets},
     view::Lens,
 };
@@ -104,7 +104,9 @@ impl Billboards {
         let least = LEAST * samples as f32;
         let speck = SPECK.max(least);
         let sizes = Sizes { least, speck: if widest >= speck { speck } else { 0.0 } };
-        self.seen.look(sea, back, lens, self.layers.catalogue(), sizes);
+        let catalogue = self.layers.catalogue();
+        let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
+        self.seen.look(&sea.outputs, (&lens.sprites(), back, sizes), layers);
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;

@@ -7,6 +7,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
+use reef_sprites::Layer;
 
 use crate::{
     gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc},
@@ -20,15 +21,6 @@ pub const SIDE: usize = 64;
 const LEVELS: usize = 7;
 /// Layers at most, the dot among them: every device has as many.
 pub const MOST_LAYERS: usize = 256;
-
-/// Where a texture lies, and what is left of it from far away.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer {
-    /// In the array.
-    pub index: u32,
-    /// Mean of its texels: linear light times coverage, and coverage.
-    pub mean: [f32; 4],
-}
 
 /// One layer's levels, largest first: four floats a texel.
 #[derive(Clone, Debug, PartialEq)]

@@ -30,7 +30,8 @@ pub mod sample;
 mod sand;
 mod shafts;
 mod sky;
-pub mod sprites;
+#[cfg(test)]
+mod sprite_tests;
 mod targets;
 mod terrain;
 pub mod tiles;

@@ -101,6 +101,19 @@ impl Lens {
         self.size[1] as f32 * 0.5 / self.tangent[1]
     }
 
+    /// The same for the sprites.
+    pub fn sprites(&self) -> reef_sprites::Eye {
+        reef_sprites::Eye {
+            place: self.eye,
+            right: self.right,
+            up: self.up,
+            forward: self.forward,
+            tangent: self.tangent,
+            pixels: self.pixels_per_metre(),
+            depths: [NEAR, self.far],
+        }
+    }
+
     /// Clip space from eye space: reverse depth with the far plane at infinity, y down as Vulkan has it.
     pub fn clip_from_eye(&self) -> Mat4 {
         let x = self.right / self.tangent[0];
