@@ -39,13 +39,13 @@ pub(crate) struct Pool {
 #[derive(Debug)]
 struct Shared {
     fate: Arc<Fate>,
-    /// Number of the loop in the high half, how many of its jobs nobody has taken in the low half. A successful exchange
-    /// on a low half above 0 is the right to run one job of just that loop, which cannot end before that job did.
+    /// Which jobs nobody has taken. A successful exchange that takes one is the right to run that job of just that loop, which
+    /// cannot end before that job did.
     claim: AtomicU64,
     /// Jobs of the present loop that are not done.
     pending: AtomicU32,
-    /// The present loop. Written before `claim`, read after a successful exchange on it.
-    count: AtomicU32,
+    /// The present loop: what the jobs' numbers begin with. Written before `claim`, read after a successful exchange on it.
+    first: AtomicU32,
     job: AtomicPtr<c_void>,
     user: AtomicPtr<c_void>,
     /// A job of the present loop ended in a fault: the others are skipped.
@@ -61,6 +61,45 @@ struct Shared {
     quit: AtomicBool,
 }
 
+/// The jobs of a loop that nobody has taken, in one word: the loop's number, and a range of jobs.
+#[derive(Clone, Copy)]
+struct Claim {
+    number: u32,
+    begin: u16,
+    end: u16,
+}
+
+impl Claim {
+    fn of(word: u64) -> Self {
+        Self { number: (word >> 32) as u32, begin: (word >> 16) as u16, end: word as u16 }
+    }
+
+    fn word(self) -> u64 {
+        u64::from(self.number) << 32 | u64::from(self.begin) << 16 | u64::from(self.end)
+    }
+
+    fn is_empty(self) -> bool {
+        self.begin >= self.end
+    }
+
+    /// Takes a job: every second worker from the end. So two workers get about the same jobs in each step, and each finds what
+    /// it wrote in the step before in its own caches.
+    fn take(&mut self, worker: u32) -> Option<u16> {
+        if self.is_empty() {
+            return None;
+        }
+        if worker.is_multiple_of(2) {
+            self.begin += 1;
+            return Some(self.begin - 1);
+        }
+        self.end -= 1;
+        Some(self.end)
+    }
+}
+
+/// Most jobs in one claim.
+const MOST_JOBS: u32 = u16::MAX as u32;
+
 impl Pool {
     /// Starts `workers - 1` threads: the caller of [`Pool::run`] is worker 0.
     pub(crate) fn new(fate: &Arc<Fate>, workers: u32) -> io::Result<Self> {
@@ -69,7 +108,7 @@ impl Pool {
             fate: fate.clone(),
             claim: AtomicU64::new(0),
             pending: AtomicU32::new(0),
-            count: AtomicU32::new(0),
+            first: AtomicU32::new(0),
             job: AtomicPtr::default(),
             user: AtomicPtr::default(),
             failed: AtomicBool::new(false),
@@ -117,19 +156,14 @@ impl Pool {
             }
             return shared.take_fault();
         }
-        shared.count.store(count, Ordering::Relaxed);
-        shared.job.store(job as *mut c_void, Ordering::Relaxed);
-        shared.user.store(user, Ordering::Relaxed);
-        shared.pending.store(count, Ordering::Relaxed);
-        let epoch = (shared.claim.load(Ordering::Relaxed) >> 32).wrapping_add(1) << 32;
-        // Sequentially consistent with the sleepers' count: either they see the work, or we see them.
-        shared.claim.store(epoch | u64::from(count), Ordering::SeqCst);
-        if shared.sleepers.load(Ordering::SeqCst) > 0 {
-            let _guard = shared.sleep.lock().unwrap_or_else(PoisonError::into_inner);
-            shared.wake.notify_all();
+        // More than a claim holds go one part after the other.
+        for first in (0..count).step_by(MOST_JOBS as usize) {
+            // SAFETY: the caller's promise.
+            unsafe { shared.run_part(first, (count - first).min(MOST_JOBS), job, user) };
+            if shared.failed.load(Ordering::Relaxed) {
+                break;
+            }
         }
-        while shared.take_one(0) {}
-        shared.wait_for_the_rest();
         shared.take_fault()
     }
 }
@@ -192,6 +226,27 @@ impl Drop for Pool {
 }
 
 impl Shared {
+    /// Runs `count` jobs from `first` on, [`MOST_JOBS`] at most, with the workers' help.
+    ///
+    /// # Safety
+    /// That of [`Pool::run`].
+    unsafe fn run_part(&self, first: u32, count: u32, job: JobFn, user: *mut c_void) {
+        self.first.store(first, Ordering::Relaxed);
+        self.job.store(job as *mut c_void, Ordering::Relaxed);
+        self.user.store(user, Ordering::Relaxed);
+        self.pending.store(count, Ordering::Relaxed);
+        let last = Claim::of(self.claim.load(Ordering::Relaxed));
+        let claim = Claim { number: last.number.wrapping_add(1), begin: 0, end: count as u16 };
+        // Sequentially consistent with the sleepers' count: either they see the work, or we see them.
+        self.claim.store(claim.word(), Ordering::SeqCst);
+        if self.sleepers.load(Ordering::SeqCst) > 0 {
+            let _guard = self.sleep.lock().unwrap_or_else(PoisonError::into_inner);
+            self.wake.notify_all();
+        }
+        while self.take_one(0) {}
+        self.wait_for_the_rest();
+    }
+
     /// # Safety
     /// `job` and `user` are those of a loop that cannot end before this call did.
     unsafe fn call(&self, job: JobFn, user: *mut c_void, index: u32, worker: u32) {
@@ -228,18 +283,16 @@ impl Shared {
 
     /// Runs one job, if one is left.
     fn take_one(&self, worker: u32) -> bool {
-        let mut claim = self.claim.load(Ordering::Acquire);
+        let mut word = self.claim.load(Ordering::Acquire);
         loop {
-            let left = claim as u32;
-            if left == 0 {
-                return false;
-            }
-            match self.claim.compare_exchange_weak(claim, claim - 1, Ordering::AcqRel, Ordering::Acquire) {
+            let mut claim = Claim::of(word);
+            let Some(taken) = claim.take(worker) else { return false };
+            match self.claim.compare_exchange_weak(word, claim.word(), Ordering::AcqRel, Ordering::Acquire) {
                 Ok(_) => {
-                    let index = self.count.load(Ordering::Relaxed) - left;
+                    let index = self.first.load(Ordering::Relaxed) + u32::from(taken);
                     let job = self.job.load(Ordering::Relaxed);
                     let user = self.user.load(Ordering::Relaxed);
-                    // SAFETY: `run` stored a JobFn there before it published the claim that we took; the loop does not
+                    // SAFETY: `run_part` stored a JobFn there before it published the claim that we took; the loop does not
                     // end before `pending` falls to 0, which needs us.
                     unsafe {
                         let job = std::mem::transmute::<*mut c_void, JobFn>(job);
@@ -253,7 +306,7 @@ impl Shared {
                     }
                     return true;
                 }
-                Err(now) => claim = now,
+                Err(now) => word = now,
             }
         }
     }
@@ -274,7 +327,8 @@ impl Shared {
 
     /// A worker's life.
     fn work(&self, worker: u32) {
-        let something = || self.claim.load(Ordering::SeqCst) as u32 > 0 || self.quit.load(Ordering::SeqCst);
+        let something =
+            || !Claim::of(self.claim.load(Ordering::SeqCst)).is_empty() || self.quit.load(Ordering::SeqCst);
         loop {
             while self.take_one(worker) {}
             if self.quit.load(Ordering::SeqCst) {
@@ -348,6 +402,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn more_jobs_than_a_claim_holds_run_once_each() {
+        let pool = Pool::new(&Fate::new(0), 2).unwrap();
+        let count = 2 * MOST_JOBS + 3;
+        let hits = Hits { hits: (0..count).map(|_| AtomicU32::new(0)).collect(), workers: 2 };
+        // SAFETY: `hit` is made for `Hits`; only this thread runs loops.
+        let fault = unsafe { pool.run(count, hit, (&raw const hits).cast_mut().cast()) };
+        assert_eq!(fault, None);
+        assert!(hits.hits.iter().all(|h| h.load(Ordering::Relaxed) == 1));
+    }
+
+    #[test]
+    fn two_workers_take_jobs_from_both_ends() {
+        let mut claim = Claim { number: 7, begin: 0, end: 3 };
+        assert_eq!([claim.take(0), claim.take(1), claim.take(1)], [Some(0), Some(2), Some(1)]);
+        assert_eq!((claim.take(0), claim.take(1)), (None, None));
+        assert!(claim.is_empty() && Claim::of(claim.word()).number == 7);
     }
 
     #[test]

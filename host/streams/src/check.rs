@@ -268,8 +268,6 @@ fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict)
     }
     at -= pieces[2];
     if at < pieces[3] {
-        // Backwards: what was written last is still near.
-        let at = pieces[3] - 1 - at;
         Verdict::note(
             &verdict.sound,
             glance::nodes(&outputs.fibre_nodes[piece(outputs.fibre_nodes.len(), at, NODES)]),
