@@ -333,9 +333,13 @@ impl<T: Plugin> Shell<T> {
         let raw = unsafe { read_sized(input) }.ok_or_else(|| unusable("input"))?;
         // SAFETY: the caller's promise.
         let raw_output = unsafe { read_sized(output) }.ok_or_else(|| unusable("output"))?;
-        self.params_before.copy_from(&self.params);
         // SAFETY: the caller's promise.
-        for event in unsafe { events(&raw) }.map_err(|message| Failed(abi::BAD_INPUT, message))? {
+        let events = unsafe { events(&raw) }.map_err(|message| Failed(abi::BAD_INPUT, message))?;
+        // Most steps come without events, and then there is nothing to take back.
+        if !events.is_empty() {
+            self.params_before.copy_from(&self.params);
+        }
+        for event in events {
             if event.kind == abi::EVENT_PARAM && !self.params.set(event.param, event.value) {
                 let text = format!("{}: no parameter {} takes {}", T::ID, event.param, event.value);
                 self.host.log(Level::Warn, &text);
@@ -347,7 +351,7 @@ impl<T: Plugin> Shell<T> {
         // SAFETY: the caller's promise.
         let mut output = unsafe { Output::new(&raw_output) };
         let result = self.plugin.step(&input, &mut output);
-        if result.is_err() {
+        if result.is_err() && !events.is_empty() {
             self.params.copy_from(&self.params_before);
         }
         Ok(result?)
@@ -399,7 +403,21 @@ impl<T: Plugin> Shell<T> {
 
 /// Runs a call of the host: panics and failures become a status, with the message left at the host.
 fn answer(host: &Host, call: impl FnOnce() -> Result<i32, Failed>) -> i32 {
-    let (status, message) = match guard::catch(call) {
+    status_of(host, guard::catch(call))
+}
+
+/// As [`answer`], for a call that a panic leaves in an unknown state.
+fn answer_or_break<T>(shell: &mut Shell<T>, call: impl FnOnce(&mut Shell<T>) -> Result<i32, Failed>) -> i32 {
+    let outcome = guard::catch(|| call(shell));
+    if let Err(message) = &outcome {
+        shell.broken = Some(message.clone());
+    }
+    status_of(&shell.host, outcome)
+}
+
+/// The status of a call that ended, perhaps in a panic.
+fn status_of(host: &Host, outcome: Result<Result<i32, Failed>, String>) -> i32 {
+    let (status, message) = match outcome {
         Ok(Ok(status)) => return status,
         Ok(Err(Failed(status, message))) => (status, message),
         Err(message) => (abi::FATAL, message),
@@ -409,18 +427,6 @@ fn answer(host: &Host, call: impl FnOnce() -> Result<i32, Failed>) -> i32 {
         host.set_error(&message);
     }
     status
-}
-
-/// As [`answer`], for a call that a panic leaves in an unknown state.
-fn answer_or_break<T>(shell: &mut Shell<T>, call: impl FnOnce(&mut Shell<T>) -> Result<i32, Failed>) -> i32 {
-    let host = shell.host;
-    answer(&host, || match guard::catch(|| call(shell)) {
-        Ok(result) => result,
-        Err(message) => {
-            shell.broken = Some(message.clone());
-            Err(Failed(abi::FATAL, message))
-        }
-    })
 }
 
 unsafe extern "C" fn create<T: Plugin>(

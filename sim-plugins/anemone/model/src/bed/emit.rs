@@ -10,7 +10,7 @@ use reef_flow::simd::{blocks, prefetch};
 use super::{Bed, Listed, Spot};
 
 /// Elements of a stream that one job writes.
-const ELEMENTS: usize = 2048;
+const ELEMENTS: usize = 512;
 
 impl Bed {
     /// Materials: they never change.
@@ -74,7 +74,8 @@ impl Bed {
 
     /// Writes [`Self::fibres`] and returns how many that were. `room` has room for [`Self::fibre_count`].
     pub fn write_fibres(&self, workers: Workers<'_>, room: &mut [abi::Fibre]) -> usize {
-        if self.feet.iter().chain(&self.fibres).chain(&self.followers).any(|b| b.chunk.has_broken()) {
+        let mut batches = self.feet.iter().chain(&self.fibres).chain(&self.followers);
+        if self.breakable && batches.any(|batch| batch.chunk.has_broken()) {
             return room.iter_mut().zip(self.fibres()).map(|(slot, fibre)| *slot = fibre).count();
         }
         let count = room.len().min(self.listed.len());

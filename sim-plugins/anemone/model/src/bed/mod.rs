@@ -8,6 +8,8 @@ mod emit;
 mod ground;
 mod pack;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 use reef_flow::{Field, Level, Packed, Sphere};
 use reef_sdk::{
@@ -162,6 +164,9 @@ pub struct Bed {
     /// Where each batch's nodes begin, one more at the end; the three waves one after the other.
     node_bounds: [Vec<usize>; 3],
     nodes: usize,
+    /// Some fibre can break off.
+    breakable: bool,
+    evaluations: (u64, u64),
     field: Field,
     applied: (f64, f64),
     placed: bool,
@@ -185,6 +190,8 @@ impl Bed {
             materials: harvest.materials,
             node_bounds: Default::default(),
             nodes: 0,
+            breakable: false,
+            evaluations: (0, 0),
             field: Field::new(),
             applied: (1.0, 0.0),
             placed: false,
@@ -221,13 +228,7 @@ impl Bed {
     /// Local flow primitives that were evaluated in the last step, and those that bounding spheres saved, both times the
     /// nodes that they would have been evaluated at.
     pub fn evaluations(&self) -> (u64, u64) {
-        self.feet.iter().chain(&self.fibres).fold((0, 0), |(done, saved), batch| {
-            let nodes = (batch.chunk.nodes() - batch.chunk.count()) as u64;
-            (
-                done + nodes * u64::from(batch.packed.evaluated()),
-                saved + nodes * u64::from(batch.packed.saved()),
-            )
-        })
+        self.evaluations
     }
 
     /// Vertices of all rings at full detail.
@@ -250,6 +251,8 @@ impl Bed {
             for batch in self.feet.iter_mut().chain(&mut self.fibres) {
                 batch.chunk.set_stiffness(settings.stiffness, settings.exponent);
             }
+            share(&mut self.feet);
+            share(&mut self.fibres);
         }
         let constants = StepConstants {
             density: around.density,
@@ -267,8 +270,13 @@ impl Bed {
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
         let Self { plants, footed, feet, fibres, followers, node_bounds, field, .. } = self;
+        // Summed by those who have the numbers at hand; whole numbers, so the order is nobody's business.
+        let (evaluated, saved) = (AtomicU64::new(0), AtomicU64::new(0));
         let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]]| {
             batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
+            let moving = (batch.chunk.nodes() - batch.chunk.count()) as u64;
+            evaluated.fetch_add(moving * u64::from(batch.packed.evaluated()), Ordering::Relaxed);
+            saved.fetch_add(moving * u64::from(batch.packed.saved()), Ordering::Relaxed);
             batch.chunk.set_gain(around.dt, settings.damping);
             wide::step_into(
                 around.level,
@@ -322,6 +330,9 @@ impl Bed {
                 }
             },
         );
+        if moving {
+            self.evaluations = (evaluated.into_inner(), saved.into_inner());
+        }
     }
 
     /// Puts every plant on the ground, once.
@@ -393,6 +404,16 @@ impl Bed {
         }
         self.stale = true;
         Ok(())
+    }
+}
+
+/// Neighbours that are alike share what never changes in a step.
+fn share(batches: &mut [Batch]) {
+    for at in 1..batches.len() {
+        let (before, rest) = batches.split_at_mut(at);
+        if let (Some(before), Some(batch)) = (before.last(), rest.first_mut()) {
+            batch.chunk.share_constants(&before.chunk);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi;
 
-use super::{Batch, Bed, Listed, Spot, Standing, Wave};
+use super::{Batch, Bed, Listed, Spot, Standing, Wave, share};
 use crate::{
     frame::Frame,
     plant::{self, Strand},
@@ -55,6 +55,10 @@ impl Bed {
         self.feet = feet.finish();
         self.fibres = fibres.finish();
         self.followers = followers.finish();
+        for batches in [&mut self.feet, &mut self.fibres, &mut self.followers] {
+            share(batches);
+            self.breakable |= batches.iter().any(|batch| batch.chunk.is_breakable());
+        }
         let mut nodes = 0;
         for (bounds, batches) in self.node_bounds.iter_mut().zip([&self.feet, &self.fibres, &self.followers])
         {

@@ -1,5 +1,7 @@
 //! Up to 64 fibres, side by side in memory: what one job of a step works on.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{LANES, Sixteen};
@@ -15,7 +17,7 @@ pub(crate) const GROUPS: usize = 4;
 pub const MOST_FIBRES: usize = GROUPS * LANES;
 
 /// One segment of sixteen fibres: what never changes in a step. Like the others below, each vector a line of the cache.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Segment {
     /// L_i [m].
@@ -135,8 +137,8 @@ pub struct Chunk {
     pub(crate) load: [f32; 3],
     /// 1 where all groups are alike and share one group's constants, else the number of groups.
     pub(crate) kinds: usize,
-    /// Segment by segment, `kinds` groups each; see [`Self::constants_of`].
-    pub(crate) constants: Vec<Segment>,
+    /// Segment by segment, `kinds` groups each; see [`Self::constants_of`] and [`Self::share_constants`].
+    pub(crate) constants: Arc<Vec<Segment>>,
     /// Where the rest pose turns the segment below to, in that segment's frame, as `constants`; empty unless `curved`.
     pub(crate) rests: Vec<[Sixteen; 3]>,
     /// Segment by segment, all groups of a segment side by side, the tip's first: the loads, which fetch all of this from far
@@ -170,7 +172,7 @@ impl Chunk {
             load: [0.0; 3],
             breakable: lanes.iter().any(|lane| lane.break_force.is_finite()),
             kinds: groups,
-            constants: vec![Segment::default(); groups * segments],
+            constants: Arc::new(vec![Segment::default(); groups * segments]),
             rests: vec![Default::default(); groups * segments],
             poses: vec![Pose::default(); groups * segments],
             roots: vec![Group::idle(); groups],
@@ -198,9 +200,16 @@ impl Chunk {
 
     /// All fibres are alike: one group's constants are everyone's, and stay in the nearest cache.
     fn share(&mut self) {
-        self.constants = self.constants.iter().step_by(self.groups).copied().collect();
+        self.constants = Arc::new(self.constants.iter().step_by(self.groups).copied().collect());
         self.rests = self.rests.iter().step_by(self.groups).copied().collect();
         self.kinds = 1;
+    }
+
+    /// Takes another chunk's constants where they are the same: what many chunks share stays near.
+    pub fn share_constants(&mut self, other: &Self) {
+        if self.constants == other.constants {
+            self.constants = other.constants.clone();
+        }
     }
 
     /// Where a group's pose at a segment is.
@@ -218,8 +227,9 @@ impl Chunk {
     fn put(&mut self, slot: usize, lane: &Lane) {
         let (group, at) = (slot / LANES, slot % LANES);
         let shape = &lane.shape;
+        let all = Arc::make_mut(&mut self.constants);
         for s in 0..self.segments {
-            let constants = &mut self.constants[s * self.groups + group];
+            let constants = &mut all[s * self.groups + group];
             constants.length[at] = shape.lengths[s] as f32;
             let below = if s == 0 { shape.lengths[0] } else { shape.lengths[s - 1] };
             constants.ratio[at] = (shape.lengths[s] / below) as f32;
@@ -264,12 +274,13 @@ impl Chunk {
 
     /// k_i = `factor` · K (r_i / r_tip)^(n + `exponent`), eq. (11), with each fibre's own K and n.
     pub fn set_stiffness(&mut self, factor: f64, exponent: f64) {
+        let all = Arc::make_mut(&mut self.constants);
         for slot in 0..self.kinds * LANES {
             let (group, at) = (slot / LANES, slot % LANES);
             let (k, n) = self.stiffness[if slot < self.count { slot } else { 0 }];
-            let tip = f64::from(self.constants[(self.segments - 1) * self.kinds + group].radius[at]);
+            let tip = f64::from(all[(self.segments - 1) * self.kinds + group].radius[at]);
             for s in 0..self.segments {
-                let constants = &mut self.constants[s * self.kinds + group];
+                let constants = &mut all[s * self.kinds + group];
                 let ratio = f64::from(constants.radius[at]) / tip;
                 let stiffness = factor * k * crate::math::pow(ratio, n + exponent);
                 let spring = stiffness * f64::from(constants.length[at]);
@@ -427,6 +438,11 @@ impl Chunk {
             frame = frame.turned_to(direction);
         }
         frame
+    }
+
+    /// Whether some fibre can break off.
+    pub fn is_breakable(&self) -> bool {
+        self.breakable
     }
 
     /// Whether a fibre is broken off.
