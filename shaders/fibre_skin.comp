@@ -68,7 +68,9 @@ void main() {
             float angle = 6.2831853 * mix(float(j) / float(sides), float(j >> 1) / float(max(coarser, 1u)),
                                           choice.side_morph);
             circle = vec2(cos(angle), sin(angle));
-            offset = (ring.normal.xyz * circle.x + across * (circle.y * flatness)) * (ring.center.w * scale);
+            // A blade is a pixel thick at least: seen from its edge it would fall apart into dashes.
+            float thick = clamp(0.5 * pixel_at(ring.center.xyz) / max(ring.center.w, 1e-6), flatness, 1.0);
+            offset = (ring.normal.xyz * circle.x + across * (circle.y * thick)) * (ring.center.w * scale);
             vec3 radial = ring.normal.xyz * (circle.x * flatness) + across * circle.y;
             radial *= inversesqrt(max(dot(radial, radial), 1e-12));
             normal = radial * ring.slope.y + ring.tangent.xyz * ring.slope.x;

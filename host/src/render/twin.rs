@@ -351,7 +351,8 @@ fn vertex(
         circle = Vec2::new(angle.cos(), angle.sin());
         let wide = polygon_scale(sides);
         let scale = wide + (polygon_scale(coarser) - wide) * detail.side_morph;
-        offset = (ring.normal * circle.x + across * (circle.y * flatness)) * (ring.radius * scale);
+        let thick = (0.5 * pixel_at(ring.center, lens) / ring.radius.max(1e-6)).clamp(flatness, 1.0);
+        offset = (ring.normal * circle.x + across * (circle.y * thick)) * (ring.radius * scale);
         let radial = (ring.normal * (circle.x * flatness) + across * circle.y).normalize_or_zero();
         normal = radial * ring.slope.y + ring.tangent * ring.slope.x;
     }

@@ -30,6 +30,10 @@ const BREEZE: [Ripple; WAVES] = [
     (0.53, -2.33, 0.40, 2.9),
 ];
 
+/// The breeze's waves go this much slower than such short waves do. At their true pace the lines of light that they focus
+/// sweep a dozen pixels from one picture to the next, sixty times a second: that reads as flicker, not as water.
+const BREEZE_PACE: f64 = 0.5;
+
 /// Trains of the visible surface that the shaders know.
 pub const SURFACE_WAVES: usize = 12;
 /// The scene's own of them, where it has so many; a breeze over them makes the rest.
@@ -61,7 +65,7 @@ impl Train {
     fn breeze() -> impl Iterator<Item = Self> {
         BREEZE.iter().map(|&(length, angle, power, phase)| {
             let k = std::f64::consts::TAU / length;
-            let frequency = (GRAVITY * k).sqrt();
+            let frequency = BREEZE_PACE * (GRAVITY * k).sqrt();
             Self { vector: DVec2::from_angle(angle) * k, amplitude: power / (k * k), frequency, phase }
         })
     }
