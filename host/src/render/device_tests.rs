@@ -16,7 +16,7 @@ use crate::{
     headless::{pictures::write_png, studio::Studio},
     plugin::streams::Outputs,
     world::{
-        environment::Environment,
+        environment::{Environment, Sun},
         frame::{CameraPose, Frame},
     },
 };
@@ -473,6 +473,17 @@ fn shafts_add_a_little_light_to_the_water_and_none_behind_what_is_near() {
     }
     let share = lit as f32 / (SIZE.0 * SIZE.1 * 4) as f32;
     assert!((0.02..0.6).contains(&share), "{share} of the picture is lit");
+    // A scene says how bright they are.
+    let lit_by = |shafts: f32| Environment { sun: Sun { shafts, ..environment.sun }, ..environment.clone() };
+    let [none, bright] = [0.0, 2.0].map(|shafts| {
+        let environment = lit_by(shafts);
+        let shot = Shot { environment: &environment, ..shot };
+        studio.shoot(&shot, &Settings::default()).expect("a picture")
+    });
+    assert!(none == without, "a scene without shafts");
+    let light = |picture: &Picture| picture.rgba.iter().map(|v| f64::from(decoded(*v))).sum::<f64>();
+    let more = [&bright, &with].map(|picture| light(picture) - light(&without));
+    assert!((more[0] / more[1] - 2.0).abs() < 0.2, "{more:?}");
     let low = Settings { quality: Quality::Low, ..Settings::default() };
     let [one, other] =
         [true, false].map(|shafts| studio.shoot(&shot, &Settings { shafts, ..low }).expect("a picture"));

@@ -33,6 +33,7 @@ pub fn environment() -> Environment {
             direction: Vec3::new(0.35, 0.85, -0.25).normalize(),
             color: [1.15, 1.1, 0.95],
             ambient: [0.32, 0.42, 0.46],
+            shafts: 1.0,
         },
         terrain: Some(Arc::new(Terrain {
             origin: [-16.0, -16.0],

@@ -32,7 +32,7 @@ pub struct GpuShaft {
     pub place: [f32; 2],
     /// Width [m].
     pub width: f32,
-    /// 0..1: fades where shafts come and go with the eye's cell.
+    /// How bright: fades where shafts come and go with the eye's cell.
     pub strength: f32,
 }
 
@@ -71,9 +71,14 @@ impl Shafts {
         if environment.plain_background.is_some() || lens.eye.y >= 0.0 {
             return Ok(());
         }
+        let bright = environment.sun.shafts;
+        if bright <= 0.0 {
+            return Ok(());
+        }
         let ahead = DVec2::new(f64::from(lens.forward.x), f64::from(lens.forward.z)) * AHEAD;
         let eye = DVec2::new(lens.eye.x, lens.eye.z);
-        let shafts = around(eye + ahead, eye);
+        let mut shafts = around(eye + ahead, eye);
+        shafts.iter_mut().for_each(|shaft| shaft.strength *= bright);
         let count = shafts.len() as u32;
         let shafts = frame.upload(&shafts)?;
         frame

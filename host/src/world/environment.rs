@@ -27,6 +27,8 @@ pub struct Sun {
     pub color: [f32; 3],
     /// Light from the whole hemisphere just below the surface (linear RGB).
     pub ambient: [f32; 3],
+    /// How bright the shafts of light are, as a multiple; 0: there are none.
+    pub shafts: f32,
 }
 
 /// A half-buried boulder.

@@ -80,6 +80,7 @@ fn sun(light: &LightTable) -> Sun {
         direction: direction.normalize_or(DVec3::Y).as_vec3(),
         color: narrow(light.color),
         ambient: narrow(light.ambient),
+        shafts: light.shafts as f32,
     }
 }
 

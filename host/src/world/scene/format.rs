@@ -255,11 +255,21 @@ pub struct LightTable {
     /// Light from the whole hemisphere just below the surface (linear red, green, blue).
     #[schemars(inner(range(min = 0.0, max = 100.0)))]
     pub ambient: [f64; 3],
+    /// How bright the shafts of light in the water are, as a multiple; 0: there are none. They are seen from below the surface, at
+    /// high quality.
+    #[schemars(range(min = 0.0, max = 4.0))]
+    pub shafts: f64,
 }
 
 impl Default for LightTable {
     fn default() -> Self {
-        Self { elevation: 62.0, azimuth: 150.0, color: [1.0, 0.97, 0.9], ambient: [0.34, 0.44, 0.5] }
+        Self {
+            elevation: 62.0,
+            azimuth: 150.0,
+            color: [1.0, 0.97, 0.9],
+            ambient: [0.34, 0.44, 0.5],
+            shafts: 1.0,
+        }
     }
 }
 
