@@ -10,9 +10,9 @@ use reef_anemone_model::{
     reference::Fibre,
     residual,
     shape::{DragLaw, FibreShape},
-    wide::{Drag, Force, StepConstants},
+    wide::{self, Contacts, Drag, Force, StepConstants},
 };
-use reef_flow::Level;
+use reef_flow::{Level, Packed};
 use reef_sdk::abi;
 
 const AREA: Drag = Drag::Area { coefficient: 0.5 };
@@ -380,6 +380,47 @@ fn every_instruction_set_gives_the_same_bytes() {
 }
 
 #[test]
+fn nodes_that_are_written_on_the_way_are_those_of_the_finished_pose() {
+    let mut packed = Packed::new();
+    packed.fill(&flows()[1], [0.0; 3], 0);
+    let (contacts, constants) = (Contacts::default(), StepConstants::default());
+    for count in [1, 7, 16, 23, 64] {
+        let roots: Vec<_> =
+            (0..count).map(|i| (DVec3::new(0.01 * f64::from(i), 0.0, 0.0), leaning())).collect();
+        for level in Level::all() {
+            for constants in [constants, StepConstants { rigid: true, ..constants }] {
+                let mut apart = chunk_of(&curled(), &roots, AREA, 0.1);
+                apart.set_gain(DT, 1.0);
+                let mut together = apart.clone();
+                let (mut after, mut on_the_way) =
+                    (vec![[0.0; 4]; apart.nodes()], vec![[1.0; 4]; apart.nodes()]);
+                for _ in 0..3 {
+                    wide::step(level, &mut apart, &packed, &contacts, &constants);
+                    wide::emit(level, &mut apart, &mut after);
+                    wide::step_into(level, &mut together, &packed, &contacts, &constants, &mut on_the_way);
+                    assert_eq!(after, on_the_way, "{count} fibres, {}", level.name());
+                    assert_eq!(apart.normal(0), together.normal(0));
+                }
+                assert_eq!(on_the_way[1][3], together.radius(0, 1));
+            }
+        }
+    }
+}
+
+#[test]
+fn chunks_that_share_their_constants_still_change_them_alone() {
+    let chunk = || chunk_of(&tentacle(), &[(DVec3::ZERO, leaning())], AREA, 0.1);
+    let (one, mut other) = (chunk(), chunk());
+    other.share_constants(&one);
+    assert_eq!(other.shape(0), one.shape(0));
+    other.set_stiffness(2.0, 0.0);
+    assert_eq!(other.shape(0).stiffness[3], 2.0 * one.shape(0).stiffness[3]);
+    // What is not the same is not taken.
+    other.share_constants(&one);
+    assert_ne!(other.shape(0), one.shape(0));
+}
+
+#[test]
 fn a_saved_chunk_goes_on_with_the_same_bytes() {
     let flows = &flows()[3];
     let roots = vec![(DVec3::ZERO, leaning()); 11];
@@ -390,7 +431,7 @@ fn a_saved_chunk_goes_on_with_the_same_bytes() {
     let mut other = chunk_of(&curled(), &roots, AREA, 0.3);
     assert!(!other.load(&state[1..]), "a state of another length is refused");
     assert!(other.load(&state));
-    reef_anemone_model::wide::rebuild(Level::best(), &mut other);
+    wide::rebuild(Level::best(), &mut other);
     for chunk in [&mut chunk, &mut other] {
         run(Level::best(), chunk, flows, &StepConstants::default(), DT, 23);
     }

@@ -2,7 +2,7 @@
 //!
 //! A step goes in three waves, each spread over the workers in fixed pieces: the feet; the fibres on them, whose roots ride
 //! on the feet as they have just become; the fibres that follow guides. Each piece packs the flow around itself once
-//! and, when it is done, writes its nodes to where they are emitted.
+//! and writes its nodes to where they are emitted.
 
 mod emit;
 mod ground;
