@@ -84,10 +84,8 @@ impl Plugin for Drifters {
                 for flow in flow.iter().filter(|flow| flow.owner != own) {
                     let square: f64 = (0..3).map(|i| (position[i] - flow.position[i]).powi(2)).sum();
                     let push = f64::from(flow.strength) / (0.1 + square);
-                    for i in 0..3 {
-                        position[i] += dt
-                            * gain
-                            * (push * (position[i] - flow.position[i]) + 0.1 * f64::from(flow.axis[i]));
+                    for ((x, center), axis) in position.iter_mut().zip(flow.position).zip(flow.axis) {
+                        *x += dt * gain * (push * (*x - center) + 0.1 * f64::from(axis));
                     }
                 }
                 for actor in actors.iter().filter(|actor| actor.id != own) {

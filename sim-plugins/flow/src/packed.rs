@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// A whirlwind's axis is as wide as this [rad, seen from C]: nearer to it the direction of (p − C) × R is rounding.
-pub const AXIS_CONE: f32 = 9.536_743_2e-7;
+pub const AXIS_CONE: f32 = 9.536_743e-7;
 
 /// Smallest core² [m²] that a kernel sees. A core of 10⁻¹⁵ m changes no figure anywhere but at C itself, where it makes
 /// the zero vector out of 0/0 without a comparison.
@@ -474,7 +474,7 @@ fn intensity<S: Simd, V: Lanes<S>>(simd: S, local: &Local, d2: V, l2: V) -> V {
     let below = (d2 + V::splat(simd, local.softening)) * length;
     let mut strength = V::splat(simd, local.strength);
     if local.inv_shell != 0.0 {
-        strength = strength * fade(simd, local.reach2, local.inv_shell, d2);
+        strength *= fade(simd, local.reach2, local.inv_shell, d2);
     }
     strength / below
 }
@@ -506,7 +506,7 @@ fn add_varying<S: Simd, V: Lanes<S>>(simd: S, field: &Varying, p: [V; 3], v: [V;
         let phase = mul_add(k[0], p[0], V::splat(simd, field.phase));
         let phase = mul_add(k[2], p[2], mul_add(k[1], p[1], phase));
         let m = V::splat(simd, field.modulation);
-        factor = factor * mul_add(m, math::sin(phase), V::splat(simd, 1.0) - m);
+        factor *= mul_add(m, math::sin(phase), V::splat(simd, 1.0) - m);
     }
     let [vx, vy, vz] = field.velocity;
     add_scaled(v, factor, [V::splat(simd, vx), V::splat(simd, vy), V::splat(simd, vz)])

@@ -262,7 +262,7 @@ fn soft_mul_add_1(a: f32, b: f32, c: f32) -> f32 {
     let lost = (product - (sum - from_c)) + (c - from_c);
     let bits = sum.to_bits();
     let away = (lost > 0.0) == (sum > 0.0);
-    let odd = if bits & 1 != 0 || !(lost > 0.0 || lost < 0.0) {
+    let odd = if bits & 1 != 0 || lost == 0.0 || lost.is_nan() {
         bits
     } else if away {
         bits + 1

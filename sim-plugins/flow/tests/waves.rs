@@ -54,9 +54,9 @@ fn orbits(
                 waves::orbit(simd, &trains, usize::MAX, p);
             [dx.into(), dy.into(), dz.into(), vx.into(), vy.into(), vz.into(), ax.into(), ay.into(), az.into()]
         });
-        for i in 0..group.len() {
-            all.push([0, 3, 6].map(|first| [0, 1, 2].map(|axis| nine[first + axis][i])));
-        }
+        all.extend(
+            (0..group.len()).map(|i| [0, 3, 6].map(|first| [0, 1, 2].map(|axis| nine[first + axis][i]))),
+        );
     }
     all
 }

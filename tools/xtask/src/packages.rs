@@ -94,7 +94,7 @@ fn loader_cache() -> String {
 }
 
 fn has_library(cache: &str, name: &str) -> bool {
-    let cached = cache.lines().any(|line| line.trim_start().split_whitespace().next() == Some(name));
+    let cached = cache.lines().any(|line| line.split_whitespace().next() == Some(name));
     let on_path = || {
         let paths = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
         env::split_paths(&paths).any(|folder| folder.join(name).is_file())

@@ -131,9 +131,7 @@ impl Report {
 /// Three or four digits that matter.
 fn number(value: f64) -> String {
     let size = value.abs();
-    if size == value.abs().trunc() && size < 1e6 {
-        format!("{value:.0}")
-    } else if size >= 100.0 {
+    if (size == size.trunc() && size < 1e6) || size >= 100.0 {
         format!("{value:.0}")
     } else if size >= 10.0 {
         format!("{value:.1}")

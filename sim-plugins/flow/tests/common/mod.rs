@@ -128,7 +128,7 @@ pub fn sea(seed: u64, count: usize, around: [f64; 3], half: f64) -> Vec<Flow> {
                 reach: if limited { random.within(0.1, 1.0) as f32 * half as f32 } else { 0.0 },
                 fade: random.within(0.0, 1.0) as f32,
                 modulation: if i % 4 == 0 { random.unit() as f32 } else { 0.0 },
-                phase: random.within(0.0, 6.28) as f32,
+                phase: random.within(0.0, std::f64::consts::TAU) as f32,
                 wave_vector: if i % 8 == 0 { random.point(3.0).map(|k| k as f32) } else { [0.0; 3] },
                 gradient: if i % 5 == 0 { random.within(-0.5, 0.5) as f32 } else { 0.0 },
                 level: (around[1] + random.within(-1.0, 1.0)) as f32,
