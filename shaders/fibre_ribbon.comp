@@ -83,6 +83,7 @@ void main() {
         s.circle = vec2(1.0, 0.0);
         s.radius_cm = c.r * 100.0;
         s.chain = chain;
+        s.skin = vec4(0.0);
         vec3 light[3];
         for (int i = 0; i < 3; i++) {
             float x = float(i - 1);

@@ -7,7 +7,7 @@ struct Material {
     vec4 tip;
     vec4 accent;
     uint pattern;
-    uint texture_id;
+    uint layer;         // of its texture; 0: none
     float pattern_scale;
     float pattern_softness;
     float translucency;
@@ -25,6 +25,7 @@ struct Surface {
     vec2 circle;     // cosine and sine of the angle around the fibre
     float radius_cm;
     float chain;     // length of the fibre [m]
+    vec4 skin;       // a texture's linear light times coverage, and coverage
 };
 
 /// Bits of the patterns that the picture's materials use; the others are not compiled in.
@@ -83,6 +84,7 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
         if (foot) share *= 1.0 - smoothstep(0.0, 0.1, s.disc);
         albedo = mix(albedo, m.accent.rgb, share);
     }
+    albedo = albedo * (1.0 - s.skin.a) + s.skin.rgb;
     float v1 = float(variation & 255u) / 255.0 - 0.5;
     float v2 = float(variation >> 8 & 255u) / 255.0 - 0.5;
     albedo *= 1.0 + 0.22 * v1;

@@ -10,6 +10,7 @@ pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("fibre_rings.comp", include_bytes!("../../../shaders/spv/fibre_rings.comp.spv")),
     ("fibre_scan.comp", include_bytes!("../../../shaders/spv/fibre_scan.comp.spv")),
     ("fibre_skin.comp", include_bytes!("../../../shaders/spv/fibre_skin.comp.spv")),
+    ("fibre_textured.frag", include_bytes!("../../../shaders/spv/fibre_textured.frag.spv")),
     ("full_screen.vert", include_bytes!("../../../shaders/spv/full_screen.vert.spv")),
     ("line.frag", include_bytes!("../../../shaders/spv/line.frag.spv")),
     ("line.vert", include_bytes!("../../../shaders/spv/line.vert.spv")),

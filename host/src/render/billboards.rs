@@ -40,7 +40,6 @@ pub struct Billboards {
     gpu: Gpu,
     specks: ByQuality,
     quads: ByQuality,
-    layers: Layers,
     sampler: vk::Sampler,
     indices: Option<(usize, Buffer)>,
     seen: Seen,
@@ -64,7 +63,6 @@ impl Billboards {
             gpu: gpu.clone(),
             specks: ByQuality::new(gpu, &specks),
             quads: ByQuality::new(gpu, &desc("sprites", "sprite.vert", "sprite.frag")),
-            layers: Layers::new(gpu)?,
             sampler: gpu.sampler(SamplerDesc { linear: false, repeat: false, anisotropic: false })?,
             indices: None,
             seen: Seen::default(),
@@ -90,12 +88,13 @@ impl Billboards {
         view: Upload,
         (sea, back): (&world::frame::Frame, f32),
         (lens, samples, quality): (&Lens, u32, Quality),
+        layers: &mut Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
         if sea.outputs.iter().all(|outputs| outputs.billboards.is_empty()) {
             return Ok(());
         }
-        self.layers.update(sea)?;
+        layers.update(sea)?;
         let widest = if self.gpu.info().optional.large_points {
             self.gpu.info().limits.point_size_range[1] - 1.0
         } else {
@@ -104,13 +103,13 @@ impl Billboards {
         let least = LEAST * samples as f32;
         let speck = SPECK.max(least);
         let sizes = Sizes { least, speck: if widest >= speck { speck } else { 0.0 } };
-        let catalogue = self.layers.catalogue();
-        let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
-        self.seen.look(&sea.outputs, (&lens.sprites(), back, sizes), layers);
+        let catalogue = layers.catalogue();
+        let lying = (|texture: &_| catalogue.of(texture), catalogue.dot());
+        self.seen.look(&sea.outputs, (&lens.sprites(), back, sizes), lying);
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;
-        let (Some((texels, sampler)), false) = (self.layers.image(), self.seen.draws.is_empty()) else {
+        let (Some((texels, sampler)), false) = (layers.image(), self.seen.draws.is_empty()) else {
             return Ok(());
         };
         let sprites = frame.upload(&self.seen.sprites)?;

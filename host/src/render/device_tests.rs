@@ -1,6 +1,8 @@
 //! The passes on a real device (lavapipe counts): the GPU's vertices against the CPU's twin, and what a picture must
 //! and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3, Vec4};
 use reef_abi as abi;
 
@@ -14,7 +16,7 @@ use super::{
 use crate::{
     gpu::{Gpu, GpuOptions, Picture, Validation},
     headless::{pictures::write_png, studio::Studio},
-    plugin::streams::Outputs,
+    plugin::{streams::Outputs, textures::Texture},
     world::{
         environment::{Environment, Sun},
         frame::{CameraPose, Frame},
@@ -227,6 +229,58 @@ fn low_quality_shows_the_same_sea_and_its_ribbons_the_same_tentacles() {
         let fine = studio.shoot(&shot, &Settings { samples: 2, ..low }).expect("a picture");
         let (mean, most) = block_difference(&shown, &fine);
         assert!(mean < 1.5 && most < 12.0, "{name}, through the tone pass: {mean} and {most}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn a_materials_texture_lies_once_along_a_fibre_and_leaves_other_fibres_alone() {
+    let Some(gpu) = open() else { return };
+    // Two rows: red, and a clear one; the tip has the first.
+    let texels = [[255, 0, 0, 255], [255, 0, 0, 255], [0, 0, 0, 0], [0, 0, 0, 0]].concat();
+    let name = "half red".to_owned();
+    let hash = *blake3::hash(&texels).as_bytes();
+    let texture = Arc::new(Texture { id: 7, name, width: 2, height: 2, srgb: false, texels, hash });
+    let environment =
+        Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() };
+    let camera = sample::looking_at(DVec3::new(0.0, 0.25, 1.0), DVec3::new(0.0, 0.25, 0.0));
+    let mut outputs = sample::tentacles(
+        &sample::Bed { count: 2, spacing: 0.3, per_row: 2, y: 0.0, length: 0.5, radius: 0.02 },
+        0.0,
+    );
+    let count = outputs.fibre_nodes.len() / 2;
+    for (i, node) in outputs.fibre_nodes.iter_mut().enumerate() {
+        let side = if i < count { -0.15 } else { 0.15 };
+        *node = abi::FibreNode {
+            position: [side, 0.5 * (i % count) as f32 / (count - 1) as f32, 0.0],
+            radius: 0.02,
+        };
+    }
+    let green = abi::Material { base: [0.0, 0.5, 0.0, 1.0], tip: [0.0, 0.5, 0.0, 1.0], ..sample::tissue() };
+    outputs.materials = Arc::new(vec![abi::Material { texture: 7, ..green }, green]);
+    outputs.fibres[1].material = 1;
+    outputs.textures = Arc::new(vec![texture]);
+    let frame = sample::frame(1, camera, outputs);
+    let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+    let lens = Lens::new(&camera, [SIZE.0, SIZE.1], 60.0);
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    for quality in [Quality::Low, Quality::High] {
+        let picture = studio.shoot(&shot, &Settings::of(quality)).expect("a picture");
+        keep(&format!("textured-{quality:?}"), &picture);
+        // Which of red and green is more in the middle of a fibre at this height [m].
+        let is_red = |side: f32, height: f32| {
+            let x = SIZE.0 as f32 * 0.5 + side * lens.pixels_per_metre();
+            let y = SIZE.1 as f32 * 0.5 - (height - 0.25) * lens.pixels_per_metre();
+            let p = picture.pixel(x as u32, y as u32).expect("inside");
+            assert!(p[0].max(p[1]) > 20, "{quality:?}: a fibre is there: {p:?}");
+            p[0] > p[1]
+        };
+        assert!(
+            !is_red(-0.15, 0.05) && is_red(-0.15, 0.45),
+            "{quality:?}: clear at the root, red at the tip"
+        );
+        assert!(!is_red(0.15, 0.05) && !is_red(0.15, 0.45), "{quality:?}: the other has none");
     }
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());

@@ -4,7 +4,8 @@
 //! 2. `fibre_scan.comp`, one work group: where each fibre's vertices and indices lie, in the fibres' order;
 //! 3. `fibre_skin.comp`, one work group a tube: vertices in clip space and triangles;
 //! 4. `fibre_ribbon.comp`, one invocation a lit ribbon: a strip of vertices with their light;
-//! 5. `fibre.vert` and `fibre.frag` draw the tubes, `fibre_ribbon.vert` and `fibre_ribbon.frag` the lit ribbons.
+//! 5. `fibre.vert` and `fibre.frag` (`fibre_textured.frag` where a material has a texture) draw the tubes, `fibre_ribbon.vert` and
+//!    `fibre_ribbon.frag` the lit ribbons.
 //!
 //! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
 //! shaded there, and last where they are thinner than a pixel.
@@ -20,13 +21,14 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     gather::Gathered,
+    layers::Layers,
     lod::{RINGS, Thresholds},
     quality::Quality,
     targets::{DEPTH, Targets},
 };
 use crate::gpu::{
     Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
-    Pipeline, Result, Upload, VertexDesc,
+    Pipeline, Resource, Result, Upload, VertexDesc,
 };
 
 /// Words of a tube's vertex, as in `fibre_skin.comp`.
@@ -127,6 +129,8 @@ struct Variant {
     quality: Quality,
     /// Bit n: some material has pattern n.
     patterns: u32,
+    /// Some material has a texture.
+    textured: bool,
 }
 
 /// The fibre passes.
@@ -204,7 +208,7 @@ impl Fibres {
         let count = gathered.fibres.len() as u32;
         let patterns =
             gathered.materials.iter().fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
-        self.variant = Variant { quality, patterns };
+        self.variant = Variant { quality, patterns, textured: gathered.is_textured() };
         if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
             let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
                 .map(|(name, fringe)| draw_pipeline(&self.gpu, name, self.variant, fringe));
@@ -328,16 +332,26 @@ impl Fibres {
     }
 
     /// The draw of all other fibres, over the background.
-    pub fn draw(&self, frame: &mut Frame<'_>, view: Upload, targets: &Targets<'_>) -> Result<()> {
+    pub fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        layers: &Layers,
+        targets: &Targets<'_>,
+    ) -> Result<()> {
         let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
             return Ok(());
         };
         let Some((_, draws)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
             return Ok(());
         };
-        frame
-            .pass("fibres: draw")
-            .read(&b.vertex, Access::AttributeRead)
+        let mut bound = vec![(0, view.into()), (1, materials.into())];
+        let mut pass = frame.pass("fibres: draw");
+        if let (true, Some((texels, sampler))) = (self.variant.textured, layers.image()) {
+            pass = pass.read(texels, Access::FragmentSampled);
+            bound.push((2, Resource::Texture(texels, sampler)));
+        }
+        pass.read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
             .read(&b.strips, Access::AttributeRead)
             .read(&b.draw, Access::IndirectRead)
@@ -345,7 +359,7 @@ impl Fibres {
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(&draws.core)?;
-                cmd.bind(&[(0, view.into()), (1, materials.into())])?;
+                cmd.bind(&bound)?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
                 cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)?;
@@ -360,7 +374,7 @@ impl Fibres {
                     cmd.vertices(0, &b.vertex)?;
                 }
                 cmd.pipeline(&draws.fringe)?;
-                cmd.bind(&[(0, view.into()), (1, materials.into())])?;
+                cmd.bind(&bound)?;
                 cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)
             })
     }
@@ -450,7 +464,11 @@ fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipel
         color: &[(variant.quality.format(), Blend::Alpha)],
         depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !fringe }),
         constants: &[variant.quality.constant(), (1, variant.patterns), (2, u32::from(fringe))],
-        ..GraphicsDesc::new(name, "fibre.vert", "fibre.frag")
+        ..GraphicsDesc::new(
+            name,
+            "fibre.vert",
+            if variant.textured { "fibre_textured.frag" } else { "fibre.frag" },
+        )
     };
     Pipeline::graphics(gpu, &draw)
 }

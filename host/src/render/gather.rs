@@ -6,7 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 
-use crate::{plugin::streams::Outputs, render::view::Lens, world::frame::Frame};
+use super::{layers::Catalogue, view::Lens};
+use crate::{plugin::streams::Outputs, world::frame::Frame};
 
 /// `Fibre` of `shaders/fibre.glsl`.
 #[repr(C)]
@@ -99,6 +100,22 @@ impl Gathered {
     pub fn full_vertices(&self) -> u64 {
         self.fibres.iter().map(|f| u64::from(super::lod::RINGS) * u64::from(f.sides)).sum()
     }
+
+    /// Whether some material has a texture.
+    pub fn is_textured(&self) -> bool {
+        self.materials.iter().any(|material| material.texture != 0)
+    }
+
+    /// Puts layers in the place of the textures' ids, which only their instances know. `current`: the step that was gathered.
+    pub fn find_textures(&mut self, current: &Frame, catalogue: &Catalogue) {
+        let whose = current.outputs.iter().flat_map(|outputs| outputs.materials.iter().map(move |_| outputs));
+        for (material, outputs) in self.materials.iter_mut().zip(whose) {
+            if material.texture != 0 {
+                let texture = outputs.textures.iter().find(|texture| texture.id == material.texture);
+                material.texture = texture.map_or(0, |texture| catalogue.of(texture).index);
+            }
+        }
+    }
 }
 
 /// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `channels`: bits of the debug lines to show.
@@ -190,7 +207,7 @@ fn is_plain(fibre: &abi::Fibre, outputs: &Outputs) -> bool {
         && outputs
             .materials
             .get(fibre.material as usize)
-            .is_some_and(|m| m.pattern == abi::PATTERN_NONE && m.base[3] >= 1.0)
+            .is_some_and(|m| m.pattern == abi::PATTERN_NONE && m.texture == 0 && m.base[3] >= 1.0)
 }
 
 /// Which objects and fibres of two steps are the same: objects by id, fibres by their order within the object.

@@ -1,4 +1,4 @@
-//! The textures of sprites as the shaders see them: one array of pictures of the same size with their smaller levels,
+//! The textures of sprites and of fibres' materials as the shaders see them: one array of pictures of the same size with their smaller levels,
 //! because not every device may choose between pictures while it draws (lavapipe cannot). Layer 0 is a soft round dot; the
 //! others are what instances made, brought to that size.
 //!

@@ -55,6 +55,7 @@ use crate::{
 };
 use billboards::Billboards;
 use fibres::Fibres;
+use layers::Layers;
 use lod::Thresholds;
 pub use quality::Quality;
 use view::{Lens, View};
@@ -129,6 +130,7 @@ pub struct Renderer {
     sky: sky::Sky,
     shafts: shafts::Shafts,
     billboards: Billboards,
+    layers: Layers,
     lines: lines::Lines,
     tone: tone::Tone,
     textures: terrain::GroundTextures,
@@ -150,6 +152,7 @@ impl Renderer {
             sky: sky::Sky::new(gpu),
             shafts: shafts::Shafts::new(gpu)?,
             billboards: Billboards::new(gpu)?,
+            layers: Layers::new(gpu)?,
             lines: lines::Lines::new(gpu),
             tone: tone::Tone::new(gpu)?,
             textures: terrain::GroundTextures::new(gpu)?,
@@ -189,8 +192,12 @@ impl Renderer {
         let samples = settings.samples.clamp(1, 4).min(most.max(1));
         let size = (target.size().0 * samples, target.size().1 * samples);
         let lens = Lens::new(&shot.camera, [size.0, size.1], view::visibility(environment));
-        let gathered =
+        let mut gathered =
             gather::gather(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
+        if gathered.is_textured() {
+            self.layers.update(shot.current)?;
+            gathered.find_textures(shot.current, self.layers.catalogue());
+        }
         if let Some(terrain) = &environment.terrain {
             if settings.quality == Quality::Low {
                 self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
@@ -216,13 +223,14 @@ impl Renderer {
         self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
-        self.fibres.draw(frame, view, &targets)?;
+        self.fibres.draw(frame, view, &self.layers, &targets)?;
         if settings.shafts && quality == Quality::High {
             self.shafts.draw(frame, view, environment, &lens, &targets)?;
         }
         let dt = (shot.current.time - shot.previous.time) as f32;
         let back = dt * (1.0 - shot.alpha.clamp(0.0, 1.0));
-        self.billboards.draw(frame, view, (shot.current, back), (&lens, samples, quality), &targets)?;
+        let how = (&lens, samples, quality);
+        self.billboards.draw(frame, view, (shot.current, back), how, &mut self.layers, &targets)?;
         let width = settings.line_width * samples as f32;
         self.lines.draw(frame, view, &gathered.lines, width, quality, &targets)?;
         if let Some(light) = attachments.unfinished() {
