@@ -138,6 +138,13 @@ impl Files {
         Ok(())
     }
 
+    /// Watches files without which the sea goes on; those that cannot be watched are told about.
+    pub(super) fn add_all(&mut self, paths: &[PathBuf]) {
+        for problem in paths.iter().filter_map(|path| self.add(path).err()) {
+            tracing::warn!("{problem}");
+        }
+    }
+
     /// Takes an event of the watcher.
     pub(super) fn hear(&mut self, event: &notify::Result<Event>) {
         let now = Instant::now();

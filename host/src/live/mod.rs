@@ -170,11 +170,7 @@ impl Live {
             files.add_folder(folder, true)?;
         }
         // The scene's, too, and here: what is edited before the thread beside has begun must not pass for what was read.
-        for file in &world.scene().files {
-            if let Err(problem) = files.add(file) {
-                tracing::warn!("{problem}");
-            }
-        }
+        files.add_all(&world.scene().files);
         let sea = thread::current();
         let workshop = Workshop { files, tasks: received, found: telling, sea, workers, stage: None };
         let thread = thread::Builder::new()

@@ -110,11 +110,8 @@ impl Workshop {
     }
 
     fn set(&mut self, stage: Box<Stage>) {
-        for file in &stage.files {
-            if let Err(problem) = self.files.add(file) {
-                tracing::warn!("{problem}");
-            }
-        }
+        // Of another scene, or of one that names more species: those that are watched already stay as they are.
+        self.files.add_all(&stage.files);
         let again = stage.again;
         self.stage = Some(stage);
         if again {
@@ -132,7 +129,11 @@ impl Workshop {
                 Ok((Edition::new(scene, stage.seed, &stage.before, &stage.plugins)?, files))
             });
         let found = match made {
-            Ok((edition, files)) => Found::Scene { edition: Box::new(edition), files },
+            Ok((edition, files)) => {
+                // Now, not when the sea has taken it up: the next edit may be sooner.
+                self.files.add_all(&files);
+                Found::Scene { edition: Box::new(edition), files }
+            }
             Err(error) => Found::BadScene { problem: error.to_string() },
         };
         self.tell(found);

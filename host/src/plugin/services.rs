@@ -20,7 +20,7 @@ use super::{
     marker::{self, Place},
     pool::{self, Pool},
     scratch::{LIMIT, Scratch},
-    textures::{TextureList, Textures, Wanted},
+    textures::{Refused, TextureList, Textures, Wanted},
 };
 
 /// Longest message that is kept [bytes].
@@ -168,6 +168,12 @@ impl Services {
     pub(crate) fn textures(&self) -> TextureList {
         let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
         textures.map_or_else(TextureList::default, |own| own.list().clone())
+    }
+
+    /// What was refused of the instance's textures so far.
+    pub(super) fn refused_textures(&self) -> Refused {
+        let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
+        textures.map_or_else(Refused::default, |own| own.refused.clone())
     }
 
     /// Between two steps: scratch memory holds nonsense.
@@ -441,7 +447,15 @@ unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, _: u32) -> i32 {
 unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
     let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
-    let refuse = |status: i32, reason: &str| services.fail(status, format!("texture_create: {reason}"));
+    let refuse = |status: i32, reason: &str| {
+        if status == abi::BAD_INPUT
+            && let Some(textures) = &services.textures
+        {
+            let mut textures = textures.lock().unwrap_or_else(PoisonError::into_inner);
+            textures.refused.unfit.get_or_insert_with(|| reason.to_owned());
+        }
+        services.fail(status, format!("texture_create: {reason}"))
+    };
     if texture.is_null() || !texture.is_aligned() || out.is_null() || !out.is_aligned() {
         return refuse(abi::BAD_INPUT, "the texture or its id's place is NULL or misaligned");
     }
@@ -471,6 +485,7 @@ unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Textu
         let mut textures = textures.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: as many bytes as the texture's size says, which were just touched.
         let made = textures.add(wanted, unsafe { slice::from_raw_parts(texels, bytes) });
+        drop(textures);
         let id = match made {
             Ok(id) => id,
             Err(reason) => return refuse(abi::NO_SPACE, &reason),

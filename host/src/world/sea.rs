@@ -466,6 +466,7 @@ impl World {
         self.exchange.clear();
         for at in 0..self.members.len() {
             self.members[at].standing = false;
+            self.members[at].unsavable = false;
             if let Err(error) = self.members[at].instance.reset() {
                 let name = self.members[at].name.clone();
                 self.tell(&name, error.to_string());

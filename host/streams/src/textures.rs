@@ -66,9 +66,22 @@ impl Wanted<'_> {
     }
 }
 
+/// Why textures were refused: the first reason of each kind.
+#[derive(Clone, Debug, Default)]
+pub struct Refused {
+    /// It is none that can be made, or was asked for where none is.
+    pub unfit: Option<String>,
+    /// One more than there may be.
+    pub too_many: Option<String>,
+    /// One was to be destroyed that is not there.
+    pub missing: Option<String>,
+}
+
 /// The textures that one instance has now.
 #[derive(Debug, Default)]
 pub struct Textures {
+    /// What was refused so far.
+    pub refused: Refused,
     list: TextureList,
     /// How often each was made and not destroyed.
     holders: Vec<u64>,
@@ -94,7 +107,9 @@ impl Textures {
             return Ok(self.list[at].id);
         }
         if self.list.len() >= MOST_TEXTURES || self.last == u32::MAX {
-            return Err(format!("`{name}`: the instance has {MOST_TEXTURES} textures, which is the limit"));
+            let reason = format!("`{name}`: the instance has {MOST_TEXTURES} textures, which is the limit");
+            self.refused.too_many.get_or_insert_with(|| reason.clone());
+            return Err(reason);
         }
         self.last += 1;
         let texture = Texture {
@@ -114,7 +129,9 @@ impl Textures {
     /// Forgets one, once it was destroyed as often as made.
     pub fn remove(&mut self, id: u32) -> Result<(), String> {
         let Some(at) = self.list.iter().position(|texture| texture.id == id) else {
-            return Err(format!("the instance has no texture {id}"));
+            let reason = format!("the instance has no texture {id}");
+            self.refused.missing.get_or_insert_with(|| reason.clone());
+            return Err(reason);
         };
         self.holders[at] -= 1;
         if self.holders[at] == 0 {

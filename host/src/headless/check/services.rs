@@ -10,7 +10,7 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::bare::imports::Kind;
+use crate::plugin::{bare::imports::Kind, textures::Refused};
 
 pub(super) const CHECKS: &[Check] = &[
     Check {
@@ -44,6 +44,30 @@ pub(super) const CHECKS: &[Check] = &[
         needs: FULL,
         of: Of::Plugin,
         run: inexact,
+    },
+    Check {
+        name: "services-texture",
+        about: "Textures are asked for as the host can make them: their format and size, on the control thread, outside of jobs.",
+        rule: Header("/* 1..1024 */"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: fit,
+    },
+    Check {
+        name: "services-textures",
+        about: "There are never more textures than the host keeps.",
+        rule: Guide("At most 64 textures of 1024 texels a side for an instance"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: few,
+    },
+    Check {
+        name: "services-texture-there",
+        about: "Only textures that are there are destroyed.",
+        rule: Header("stays until it was destroyed as often"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: there,
     },
 ];
 
@@ -99,4 +123,41 @@ fn inexact(subject: &Subject) -> Outcome {
     });
     must!(count == 0, "in 60 steps it called such functions {count} times, {name} the last");
     Ok(None)
+}
+
+/// What the host refused of textures, in the life of an instance that was reset and took up a state on the way.
+fn refused(subject: &Subject) -> Result<Refused, Not> {
+    let (_plugin, mut instance) = subject.fresh()?;
+    let sea = Sea::full();
+    run(&mut instance, &sea, 0..60)?;
+    // Whether it can do these, and goes on then, is for other checks.
+    if let Ok(state) = instance.save() {
+        let _ = instance.load(&state);
+        let _ = run(&mut instance, &sea, 60..100);
+    }
+    if instance.reset().is_ok() {
+        let _ = run(&mut instance, &sea, 0..40);
+    }
+    Ok(instance.destroy_and_tell()?)
+}
+
+fn fit(subject: &Subject) -> Outcome {
+    match refused(subject)?.unfit {
+        Some(reason) => broken!("texture_create refused: {reason}"),
+        None => Ok(None),
+    }
+}
+
+fn few(subject: &Subject) -> Outcome {
+    match refused(subject)?.too_many {
+        Some(reason) => broken!("texture_create refused: {reason}"),
+        None => Ok(None),
+    }
+}
+
+fn there(subject: &Subject) -> Outcome {
+    match refused(subject)?.missing {
+        Some(reason) => broken!("texture_destroy refused: {reason}"),
+        None => Ok(None),
+    }
 }

@@ -10,6 +10,7 @@ use super::super::{
     instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, generation, read, write},
     library::{Plugin, status_name},
     services::Services,
+    textures::Refused,
 };
 use super::process::float_control;
 
@@ -247,6 +248,16 @@ impl Instance {
 
     /// Destroys it; Err: what its code did in place of returning.
     pub(crate) fn destroy(mut self) -> Result<(), PluginError> {
+        self.end()
+    }
+
+    /// Destroys it, and tells what was refused of its textures in its life.
+    pub(crate) fn destroy_and_tell(mut self) -> Result<Refused, PluginError> {
+        self.end()?;
+        Ok(self.services.refused_textures())
+    }
+
+    fn end(&mut self) -> Result<(), PluginError> {
         let result = self.call("destroy", |ctx: *mut c_void, raw| {
             raw.destroy.map(|destroy| {
                 // SAFETY: the last call on the instance, on its control thread: below it is taken from the table.
