@@ -1,7 +1,15 @@
 //! Threads that run a plugin's code: each has a stack of its own for the signal handler, since a fault may be that the
 //! thread's own is full.
 
-use std::{cell::Cell, ffi::c_void, mem::MaybeUninit, ptr, sync::Arc};
+use std::{
+    cell::Cell,
+    ffi::c_void,
+    fs::File,
+    io::{Read, Write},
+    mem::MaybeUninit,
+    ptr,
+    sync::Arc,
+};
 
 use super::signals;
 use crate::plugin::guard::Fate;
@@ -13,10 +21,28 @@ const ROOM: usize = 64 << 10;
 #[derive(Debug)]
 pub(crate) struct Thread {
     id: libc::pthread_t,
+    /// The kernel's number of it.
+    task: libc::c_long,
     clock: Option<libc::clockid_t>,
 }
 
 impl Thread {
+    /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor, does not. Also where
+    /// the system does not say. Allocates nothing: whoever holds the lock of the memory may be what is asked about.
+    pub(super) fn is_asleep(&self) -> bool {
+        let (mut path, mut text) = ([0; 64], [0; 512]);
+        let mut rest = &mut path[..];
+        let written = write!(rest, "/proc/self/task/{}/stat", self.task).map(|()| 64 - rest.len());
+        let read = written.ok().and_then(|length| {
+            let path = str::from_utf8(&path[..length]).ok()?;
+            File::open(path).and_then(|mut file| file.read(&mut text)).ok()
+        });
+        // The state follows the name, which stands in brackets and may have brackets in it.
+        let text = &text[..read.unwrap_or(0)];
+        let state = text.iter().rposition(|byte| *byte == b')').and_then(|at| text.get(at + 2));
+        state.is_none_or(|state| !matches!(state, b'R' | b'D'))
+    }
+
     /// Processor time that it used so far [ns]; None where the system does not say.
     pub(super) fn processor_time(&self) -> Option<u64> {
         let mut time = MaybeUninit::<libc::timespec>::zeroed();
@@ -96,7 +122,9 @@ impl Resident {
         let mut clock = 0;
         // SAFETY: as above; the answer is a number.
         let clock = (unsafe { libc::pthread_getcpuclockid(id, &mut clock) } == 0).then_some(clock);
-        fate.threads().push(Thread { id, clock });
+        // SAFETY: as above.
+        let task = unsafe { libc::syscall(libc::SYS_gettid) };
+        fate.threads().push(Thread { id, task, clock });
         Self { fate: fate.clone(), id, stack: handler_stack() }
     }
 }

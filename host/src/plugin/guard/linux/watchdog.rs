@@ -20,7 +20,8 @@ const IDLE: Duration = Duration::from_secs(1);
 const WAITING: u32 = 8;
 /// How long a call may take to come back to its text after that was taken away [processor time].
 const RETURN: Duration = Duration::from_millis(40);
-/// The same, for one that waits in the system and was interrupted there [clock].
+/// The same, for one that waits in the system and was interrupted there [clock]. The clock stands where a thread could go on
+/// and has no processor: it may be about to leave the C library, with a lock of it in its hands.
 const RETURN_WAITING: Duration = Duration::from_millis(400);
 
 /// Threads of a generation for whose times there is room before its first step, which would otherwise be seen to allocate.
@@ -36,8 +37,10 @@ struct Watched {
     before: Vec<Option<u64>>,
     /// What it had used when it was asked to stop.
     asked: Option<Duration>,
-    /// What it had used when its text was taken away, and when that was.
-    denied: Option<(Duration, Instant)>,
+    /// What it had used when its text was taken away.
+    denied: Option<Duration>,
+    /// Since when all of its threads have been waiting in the system, since then.
+    asleep: Option<Instant>,
 }
 
 #[derive(Default)]
@@ -67,6 +70,7 @@ pub(crate) fn watch(fate: &Arc<Fate>) {
         before: Vec::with_capacity(MOST_THREADS),
         asked: None,
         denied: None,
+        asleep: None,
     });
     if !kennel.running {
         let started = thread::Builder::new().name("reef-watchdog".into()).spawn(keep_watch);
@@ -120,6 +124,7 @@ impl Watched {
             self.began = Instant::now();
             self.asked = None;
             self.denied = None;
+            self.asleep = None;
             self.before.clear();
             if call % 2 == 1 {
                 self.before.extend(fate.threads().iter().map(|thread| thread.processor_time()));
@@ -134,17 +139,22 @@ impl Watched {
             return true;
         }
         let limit = if fate.watch() == Watch::Step { limits.step } else { limits.other };
-        let (busiest, used) = self.used(fate);
+        let (busiest, used) = self.used(fate, limit);
         match (self.asked, self.denied) {
             (None, _) if used >= limit => {
                 self.asked = Some(used);
                 fate.asked.store(call, Ordering::Relaxed);
             }
             (Some(asked), None) if used.saturating_sub(asked) >= limits.grace => self.deny(fate, busiest),
-            (Some(_), Some((before, since))) => {
+            (Some(_), Some(before)) => {
                 // Interrupted in the system, it comes back to its text; if it does not, it is left where it is. That is not
                 // done at once: it might hold a lock of the C library, which every thread would then wait for.
-                let late = busiest.saturating_sub(before) >= RETURN || since.elapsed() >= RETURN_WAITING;
+                self.asleep = match fate.threads().iter().all(super::stack::Thread::is_asleep) {
+                    true => self.asleep.or_else(|| Some(Instant::now())),
+                    false => None,
+                };
+                let waited = self.asleep.is_some_and(|since| since.elapsed() >= RETURN_WAITING);
+                let late = busiest.saturating_sub(before) >= RETURN || waited;
                 if late {
                     fate.stage.store(stage::LEAVE, Ordering::Relaxed);
                 }
@@ -156,7 +166,7 @@ impl Watched {
     }
 
     /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock.
-    fn used(&self, fate: &Fate) -> (Duration, Duration) {
+    fn used(&self, fate: &Fate, limit: Duration) -> (Duration, Duration) {
         let threads = fate.threads();
         let times = threads
             .iter()
@@ -166,7 +176,10 @@ impl Watched {
         match times.max() {
             Some(busiest) => {
                 let busiest = Duration::from_nanos(busiest);
-                (busiest, busiest.max(waited / WAITING))
+                let clock = waited / WAITING;
+                // A thread that could go on, and has no processor, is no fault of its own, however long that takes.
+                let waits = clock >= limit && threads.iter().all(super::stack::Thread::is_asleep);
+                (busiest, if waits { busiest.max(clock) } else { busiest })
             }
             None => (waited, waited),
         }
@@ -181,7 +194,7 @@ impl Watched {
         {
             fate.stage.store(stage::DENIED, Ordering::Relaxed);
             if text.deny() {
-                self.denied = Some((busiest, Instant::now()));
+                self.denied = Some(busiest);
             } else {
                 fate.stage.store(stage::NONE, Ordering::Relaxed);
             }
