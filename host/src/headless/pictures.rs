@@ -39,17 +39,27 @@ impl miette::Diagnostic for PictureError {}
 
 /// Writes a picture as PNG, whole or not at all. Alpha is left out.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), WriteError> {
+    write(path, picture, png::Compression::Balanced)
+}
+
+/// The same in a fifth of the time, in a larger file: for one picture of many.
+pub fn write_png_fast(path: &Path, picture: &Picture) -> Result<(), WriteError> {
+    write(path, picture, png::Compression::Fast)
+}
+
+fn write(path: &Path, picture: &Picture, compression: png::Compression) -> Result<(), WriteError> {
     let mut file = Writing::create(path)?;
-    if let Err(error) = encode(&mut file, picture) {
+    if let Err(error) = encode(&mut file, picture, compression) {
         return Err(file.error(&error));
     }
     file.finish()
 }
 
-fn encode(file: &mut Writing, picture: &Picture) -> std::io::Result<()> {
+fn encode(file: &mut Writing, picture: &Picture, compression: png::Compression) -> std::io::Result<()> {
     let mut encoder = png::Encoder::new(file, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(compression);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let mut png = encoder.write_header()?;
     let rgb: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();

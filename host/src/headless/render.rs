@@ -9,7 +9,11 @@ use std::{
 
 use serde_json::json;
 
-use super::{pictures::write_png, show::Show, studio::Studio};
+use super::{
+    pictures::{write_png, write_png_fast},
+    show::Show,
+    studio::Studio,
+};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
@@ -199,7 +203,7 @@ impl Sink {
             Sink::Folder { beside, count, .. } => {
                 *count += 1;
                 let name = format!("frame-{count:06}.png");
-                write_png(&beside.path().join(name), &picture).map_err(Failure::input)?;
+                write_png_fast(&beside.path().join(name), &picture).map_err(Failure::input)?;
             }
             Sink::Video { ffmpeg, path, .. } => {
                 let written = ffmpeg.stdin.as_mut().map(|pipe| pipe.write_all(&picture.rgba));
