@@ -168,10 +168,12 @@ impl Watched {
     /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock.
     fn used(&self, fate: &Fate, limit: Duration) -> (Duration, Duration) {
         let threads = fate.threads();
+        // A thread that began after the call was first seen has spent all of its time in it.
+        let before = self.before.iter().copied().chain(std::iter::repeat(Some(0)));
         let times = threads
             .iter()
-            .zip(&self.before)
-            .filter_map(|(thread, before)| Some(thread.processor_time()?.saturating_sub((*before)?)));
+            .zip(before)
+            .filter_map(|(thread, before)| Some(thread.processor_time()?.saturating_sub(before?)));
         let waited = self.began.elapsed();
         match times.max() {
             Some(busiest) => {
