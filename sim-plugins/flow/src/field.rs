@@ -96,6 +96,11 @@ impl Field {
         self.count
     }
 
+    /// How many indices [`Field::candidates`] finds at most, some of them more than once while it looks.
+    pub fn most_candidates(&self) -> usize {
+        self.everywhere.len() + self.members.len()
+    }
+
     /// Indices into [`Field::flows`] of all that may act inside a sphere, ascending. Reuses `out`.
     pub fn candidates(&self, bounds: Sphere, out: &mut Vec<u32>) {
         out.clear();

@@ -105,6 +105,20 @@ impl Packed {
         Self::default()
     }
 
+    /// Makes room for whatever [`Packed::fill_near`] may find, so that no later fill of this field's size allocates: for those
+    /// of several that may not be filled in every step.
+    pub fn make_room(&mut self, field: &Field) {
+        fn room<T>(list: &mut Vec<T>, count: usize) {
+            list.reserve(count.saturating_sub(list.len()));
+        }
+        let count = field.flows().len();
+        room(&mut self.sources, count);
+        room(&mut self.whirlwinds, count);
+        room(&mut self.varying, count);
+        room(&mut self.shelters, count);
+        room(&mut self.candidates, field.most_candidates());
+    }
+
     /// Takes all primitives of `flows`, in their order, but what `owner` (0: nobody) emits itself, relative to
     /// `origin` [m].
     pub fn fill(&mut self, flows: &[Flow], origin: [f64; 3], owner: u64) {

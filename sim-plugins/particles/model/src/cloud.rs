@@ -342,6 +342,9 @@ impl Cloud {
             self.scratch.resize_with(workers, Scratch::default);
             self.currents.resize_with(workers, Packed::new);
         }
+        // Who has which chunk is a matter of chance: one who has had none yet must not need memory then.
+        let scratch = self.scratch.iter_mut().map(|scratch| &mut scratch.packed);
+        scratch.chain(&mut self.currents).for_each(|packed| packed.make_room(&self.field));
         let Self {
             swarms,
             pieces,
