@@ -232,7 +232,7 @@ impl Struck {
 
     fn outcome(&mut self, job: &Arc<Job>) -> Swap {
         self.jobs.send(job.clone()).unwrap();
-        job.wait(self.world.clock().step, Duration::from_secs(10));
+        job.wait(self.world.clock().step, Duration::from_secs(30));
         self.world.swap(job)
     }
 }

@@ -39,8 +39,8 @@ struct Watched {
     asked: Option<Duration>,
     /// What it had used when its text was taken away.
     denied: Option<Duration>,
-    /// Since when all of its threads have been waiting in the system, since then.
-    asleep: Option<Instant>,
+    /// For how long all of its threads were seen to wait in the system, since then.
+    asleep: Duration,
 }
 
 #[derive(Default)]
@@ -70,7 +70,7 @@ pub(crate) fn watch(fate: &Arc<Fate>) {
         before: Vec::with_capacity(MOST_THREADS),
         asked: None,
         denied: None,
-        asleep: None,
+        asleep: Duration::ZERO,
     });
     if !kennel.running {
         let started = thread::Builder::new().name("reef-watchdog".into()).spawn(keep_watch);
@@ -124,7 +124,7 @@ impl Watched {
             self.began = Instant::now();
             self.asked = None;
             self.denied = None;
-            self.asleep = None;
+            self.asleep = Duration::ZERO;
             self.before.clear();
             if call % 2 == 1 {
                 self.before.extend(fate.threads().iter().map(|thread| thread.processor_time()));
@@ -149,16 +149,18 @@ impl Watched {
             (Some(_), Some(before)) => {
                 // Interrupted in the system, it comes back to its text; if it does not, it is left where it is. That is not
                 // done at once: it might hold a lock of the C library, which every thread would then wait for.
-                self.asleep = match fate.threads().iter().all(super::stack::Thread::is_asleep) {
-                    true => self.asleep.or_else(|| Some(Instant::now())),
-                    false => None,
-                };
-                let waited = self.asleep.is_some_and(|since| since.elapsed() >= RETURN_WAITING);
-                let late = busiest.saturating_sub(before) >= RETURN || waited;
+                let asleep = fate.threads().iter().all(super::stack::Thread::is_asleep);
+                if asleep {
+                    self.asleep += TICK;
+                }
+                let late = busiest.saturating_sub(before) >= RETURN || self.asleep >= RETURN_WAITING;
                 if late {
                     fate.stage.store(stage::LEAVE, Ordering::Relaxed);
                 }
-                fate.threads().iter().for_each(super::stack::Thread::nudge);
+                // Whoever was woken and found no processor yet needs no second word.
+                if late || asleep {
+                    fate.threads().iter().for_each(super::stack::Thread::nudge);
+                }
             }
             _ => {}
         }
