@@ -16,11 +16,8 @@ float caustic_mean(float depth) {
     return max(mean, 1e-3);
 }
 
-/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`: size of a
-/// pixel there [m].
-float caustic_gain(vec3 p, float depth, float footprint) {
-    float strength = caustic_strength(depth, footprint);
-    if (strength <= 0.0 || depth <= 0.05) return 1.0;
+/// The gain over its mean at the point `p` in eye space, `depth` metres below the surface.
+float caustic_pattern(vec3 p, float depth) {
     // Where the ray that hits p entered the water.
     vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
     const int count = HIGH != 0u ? WAVES : WAVES / 2;
@@ -32,11 +29,19 @@ float caustic_gain(vec3 p, float depth, float footprint) {
         float fade = clamp(2.0 - depth * w.z * 0.25, 0.0, 1.0);
         // Each of the breeze's trains is bent a little by the one before, so that the pattern does not repeat.
         float s = sin(dot(w.xy, x) + w.w + bend);
-        bend = float(i) >= view.sun_color.w ? 0.9 * s + 0.35 * bend : 0.0;
+        bend = mix(0.0, 0.9 * s + 0.35 * bend, float(i) >= view.sun_color.w);
         h -= view.focus[i].xyz * (fade * s);
     }
     h *= 0.25 * depth;
     float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
     float gain = clamp(1.0 / (abs(det) + 0.15), 0.3, 4.0);
-    return mix(1.0, gain / caustic_mean(depth), strength);
+    return gain / caustic_mean(depth);
+}
+
+/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`: size of a
+/// pixel there [m].
+float caustic_gain(vec3 p, float depth, float footprint) {
+    float strength = caustic_strength(depth, footprint);
+    if (strength <= 0.0 || depth <= 0.05) return 1.0;
+    return mix(1.0, caustic_pattern(p, depth), strength);
 }

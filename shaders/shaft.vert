@@ -41,7 +41,8 @@ void main() {
     for (int i = 0; i < 4; i++) {
         vec2 across = (vec2(i & 1, i >> 1) - 0.5) * shaft.width * 0.6;
         vec3 at = top + down * (3.0 / view.sun.y) + vec3(across.x, 0.0, across.y);
-        gain += 0.25 * caustic_gain(at, 3.0, 0.0);
+        gain += 0.25 * caustic_pattern(at, 3.0);
     }
+    gain = mix(1.0, gain, caustic_strength(3.0, 0.0));
     out_gain = shaft.strength * clamp((gain - 0.35) * 1.3, 0.15, 1.0);
 }

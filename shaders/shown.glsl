@@ -15,7 +15,7 @@ vec3 srgb_by_roots(vec3 c) {
 vec3 shown(vec3 light) {
     light = max(light * view.downwelling.w, 0.0);
     vec3 toned = neutral_tone(light);
-    return srgb_by_roots(view.beam.w > 0.5 ? min(light, 1.0) : toned);
+    return srgb_by_roots(mix(toned, min(light, 1.0), in_diagram()));
 }
 
 /// What a thing that covers a share `c.a` of a pixel writes: `c.rgb` is its light, times that share.

@@ -11,5 +11,5 @@ layout(location = 0) out vec4 color;
 
 void main() {
     vec3 light = background(normalize(pixel_ray(gl_FragCoord.xy)));
-    color = written(view.beam.w > 0.5 ? view.plain.rgb : light, 1.0, gl_FragCoord.xy);
+    color = written(mix(light, view.plain.rgb, in_diagram()), 1.0, gl_FragCoord.xy);
 }

@@ -53,7 +53,7 @@ vec3 background(vec3 direction) {
     float distance = min(depth / direction.y, 400.0);
     // A pixel's length on the surface, along the ray.
     float footprint = distance / (view.viewport.z * direction.y);
-    if (HIGH != 0u && depth < 2.0) {
+    if (HIGH != 0u && all(lessThan(vec2(depth, distance), vec2(2.0, 400.0)))) {
         // Near the surface the waves' height moves the place where the ray meets it.
         float height = surface_at(direction.xz * distance, footprint).x;
         distance = clamp((depth + height) / direction.y, 0.0, 400.0);

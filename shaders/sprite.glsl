@@ -18,7 +18,6 @@ vec4 tint_of(Sprite sprite) {
 /// Light that a white sprite at `p` sends to the eye, after the water between them: what floats scatters forward, so that it
 /// is brighter toward the sun; never dazzling.
 vec3 sprite_light(vec3 p) {
-    if (view.beam.w > 0.5) return vec3(1.0);
     float distance = length(p);
     vec3 direction = p / max(distance, 1e-6);
     float depth = depth_of(p);
@@ -27,12 +26,11 @@ vec3 sprite_light(vec3 p) {
     float forward = 0.45 + 0.5 * min(0.6975 * inversesqrt(x) / x, 3.0);
     float caustic = HIGH != 0u ? mix(1.0, caustic_gain(p, depth, 0.0), 0.6) : 1.0;
     vec3 light = sea_light_at(depth) * (view.sun_color.rgb * (0.8 * forward * caustic) + view.ambient.rgb * 0.9);
-    return min(light, vec3(0.95)) * exp(-view.beam.rgb * distance);
+    return mix(min(light, vec3(0.95)) * exp(-view.beam.rgb * distance), vec3(1.0), in_diagram());
 }
 
 /// Light that the water scatters into the way from `p` to the eye.
 vec3 sprite_fog(vec3 p) {
-    if (view.beam.w > 0.5) return vec3(0.0);
     float distance = length(p);
-    return scattered_light(p / max(distance, 1e-6), distance);
+    return mix(scattered_light(p / max(distance, 1e-6), distance), vec3(0.0), in_diagram());
 }

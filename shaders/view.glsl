@@ -8,6 +8,9 @@
 
 /// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that what is
 /// switched off while it draws would cost as much as what is on.
+///
+/// No branch, and no loop's end, may hang on uniforms alone: lavapipe compiles a shader with such a branch anew for the
+/// values that it finds, as often as the buffer changes, which is every frame. mix() with a bool chooses without a branch.
 layout(constant_id = 0) const uint HIGH = 1u;
 
 layout(set = 0, binding = 0, std140) uniform View {
@@ -33,6 +36,11 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 bed;              // mean depth of the bed below the surface [m]
     vec4 focus[WAVES];     // A k^2 [1/m] times the unit wave vector's x x, z z, x z
 } view;
+
+/// Whether nothing but what is drawn is shown, before a plain background: for mix().
+bvec3 in_diagram() {
+    return bvec3(view.beam.w > 0.5);
+}
 
 /// How wide a pixel is at a place in eye space [m].
 float pixel_at(vec3 p) {

@@ -24,5 +24,5 @@ vec3 through_water(vec3 light, vec3 p) {
     float distance = length(p);
     vec3 direction = p / max(distance, 1e-6);
     vec3 seen = light * exp(-view.beam.rgb * distance) + scattered_light(direction, distance);
-    return view.beam.w > 0.5 ? light : seen;
+    return mix(seen, light, in_diagram());
 }

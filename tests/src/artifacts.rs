@@ -34,10 +34,12 @@ pub fn workspace() -> &'static Path {
 /// Program and plugins of this workspace, built once a test program.
 pub fn artifacts() -> &'static Artifacts {
     static BUILT: OnceLock<Artifacts> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let own = OWN.iter().map(|plugin| plugin.package);
-        build(workspace(), &PACKAGES.into_iter().chain(own).collect::<Vec<_>>(), None)
-    })
+    BUILT.get_or_init(|| build(workspace(), &packages(), None))
+}
+
+/// What is built together, so that cargo builds what it depends on once, with the same features.
+fn packages() -> Vec<&'static str> {
+    PACKAGES.into_iter().chain(OWN.iter().map(|plugin| plugin.package)).collect()
 }
 
 /// The library of a package of this workspace as a build with these features makes it, in a file of its own in `folder`.
@@ -50,7 +52,10 @@ pub fn variant(package: &str, library: &str, features: &str, folder: &Path) -> P
     let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let lock = fs::File::create(env::temp_dir().join("reef-tests-variants.lock")).expect("a lock");
     lock.lock().expect("the lock");
-    let built = build_with(workspace(), &[package], &["--features", features], None);
+    // Beside the program: alone, the package would have dependencies with fewer features, built once more.
+    let packages: Vec<_> = packages().into_iter().chain([package]).collect();
+    let features_of_it = format!("{package}/{features}");
+    let built = build_with(workspace(), &packages, &["--features", &features_of_it], None);
     let kept = folder.join(format!("{library}-{features}{}", env::consts::DLL_SUFFIX));
     fs::copy(built.plugin(library), &kept).expect("the library is copied");
     kept

@@ -107,7 +107,7 @@ impl Found {
                 continue;
             }
             if color.0 != sprite.color || self.keys.is_empty() {
-                color = (sprite.color, linear(sprite.color));
+                color = (sprite.color, light(sprite.color));
             }
             // From afar only the mean of the texture is left.
             let [r, g, b] = color.1;
@@ -132,14 +132,19 @@ impl Found {
 }
 
 /// Linear light of a colour 0xAABBGGRR; its alpha is not read: opacity has a field of its own.
-fn linear(color: u32) -> [f32; 3] {
+fn light(color: u32) -> [f32; 3] {
+    [0, 8, 16].map(|shift| linear((color >> shift) as u8))
+}
+
+/// Linear light of an sRGB channel.
+pub fn linear(channel: u8) -> f32 {
     static CURVE: LazyLock<[f32; 256]> = LazyLock::new(|| {
         std::array::from_fn(|i| {
             let v = i as f32 / 255.0;
             if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
         })
     });
-    [0, 8, 16].map(|shift| CURVE[(color >> shift & 0xff) as usize])
+    CURVE[usize::from(channel)]
 }
 
 /// A half float of a number in 0..1; what is too small for one is 0.
@@ -166,7 +171,7 @@ mod tests {
 
     #[test]
     fn colours_are_srgb_with_red_in_the_lowest_byte() {
-        let [r, g, b] = linear(0xff00_80ff);
+        let [r, g, b] = light(0xff00_80ff);
         assert_eq!((r, b), (1.0, 0.0));
         assert!((g - 0.2159).abs() < 1e-3, "{g}");
     }

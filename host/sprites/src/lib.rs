@@ -27,6 +27,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_streams::{Outputs, textures::Texture};
 
+pub use found::linear;
 use found::{Batch, Found, Gaze};
 use sort::Order;
 

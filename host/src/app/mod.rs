@@ -35,7 +35,7 @@ pub struct Args {
     /// Size of the window's content in pixels.
     #[arg(long, value_name = "WxH")]
     pub size: Option<String>,
-    /// Write the input journal to this file.
+    /// Write the input journal to this file; with --json also the hash that a replay of it must have.
     #[arg(long, value_name = "F")]
     pub journal: Option<PathBuf>,
 }
@@ -47,7 +47,9 @@ const LARGEST: u32 = 4096;
 pub fn run(common: &crate::cli::Common, args: &Args) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
     let scene = args.scene.as_deref().unwrap_or(Path::new(open::DEFAULT_SCENE));
-    let sea = Sea::new(common, scene, args.journal.as_deref(), common.json)?;
+    // Nobody compares a run that cannot be replayed.
+    let hashed = common.json && args.journal.is_some();
+    let sea = Sea::new(common, scene, args.journal.as_deref(), hashed)?;
     let event_loop = event_loop()?;
     let wishes = Wishes { frames: args.frames, size, device: common.device.clone() };
     let mut shell = Shell::new(wishes, sea);

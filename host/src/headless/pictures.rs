@@ -42,7 +42,7 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<(), WriteError> {
     write(path, picture, png::Compression::Balanced)
 }
 
-/// The same in a fifth of the time, in a larger file: for one picture of many.
+/// The same sooner, in a larger file: for one picture of many.
 pub fn write_png_fast(path: &Path, picture: &Picture) -> Result<(), WriteError> {
     write(path, picture, png::Compression::Fast)
 }

@@ -37,6 +37,13 @@ impl<'a> Image<'a> {
     pub fn parts(&self) -> impl Iterator<Item = (u64, &[u8])> {
         self.parts.iter().map(|(start, bytes)| (*start, &**bytes))
     }
+
+    /// The last part that does not begin behind a place of the file.
+    fn part_of(&self, offset: u64) -> Option<(u64, &[u8])> {
+        let after = self.parts.partition_point(|(start, _)| *start <= offset);
+        let (start, bytes) = self.parts.get(after.checked_sub(1)?)?;
+        Some((*start, bytes))
+    }
 }
 
 impl Image<'static> {
@@ -105,16 +112,14 @@ impl<'a> ReadRef<'a> for &'a Image<'_> {
     }
 
     fn read_bytes_at(self, offset: u64, size: u64) -> Result<&'a [u8], ()> {
-        let after = self.parts.partition_point(|(start, _)| *start <= offset);
-        let (start, bytes) = after.checked_sub(1).and_then(|part| self.parts.get(part)).ok_or(())?;
+        let (start, bytes) = self.part_of(offset).ok_or(())?;
         let from = usize::try_from(offset - start).map_err(drop)?;
         let to = from.checked_add(usize::try_from(size).map_err(drop)?).ok_or(())?;
         bytes.get(from..to).ok_or(())
     }
 
     fn read_bytes_at_until(self, range: Range<u64>, delimiter: u8) -> Result<&'a [u8], ()> {
-        let after = self.parts.partition_point(|(start, _)| *start <= range.start);
-        let (start, bytes) = after.checked_sub(1).and_then(|part| self.parts.get(part)).ok_or(())?;
+        let (start, bytes) = self.part_of(range.start).ok_or(())?;
         let from = usize::try_from(range.start - start).map_err(drop)?;
         let to = usize::try_from(range.end - start).map_or(bytes.len(), |to| to.min(bytes.len()));
         let bytes = bytes.get(from..to).ok_or(())?;

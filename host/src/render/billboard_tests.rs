@@ -7,7 +7,7 @@ use reef_abi as abi;
 
 use super::{
     Settings, Shot,
-    device_tests::{SIZE, keep, open},
+    device_tests::{SIZE, blackboard, keep, open},
     sample,
 };
 use crate::{
@@ -25,9 +25,7 @@ const PIXELS: f64 = 180.0 / 0.546_302_489_843_790_5 / 2.0;
 
 /// A diagram with a black ground, seen from 2 m.
 fn board() -> (Environment, CameraPose) {
-    let environment =
-        Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() };
-    (environment, sample::looking_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO))
+    (blackboard(), sample::looking_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO))
 }
 
 fn sprite(x: f64, size: f64) -> abi::Billboard {

@@ -63,7 +63,8 @@ fn two_steps(make: impl Fn(f32) -> Outputs, camera: CameraPose) -> [Frame; 2] {
     [sample::frame(1, camera, make(0.0)), sample::frame(2, camera, make(0.12))]
 }
 
-fn half(v: u32) -> f32 {
+/// What a half float stands for.
+pub(super) fn half(v: u32) -> f32 {
     let (sign, exponent, mantissa) = (v >> 15 & 1, v >> 10 & 31, v & 1023);
     let value = match exponent {
         0 => mantissa as f32 * 2.0_f32.powi(-24),
@@ -74,6 +75,11 @@ fn half(v: u32) -> f32 {
 
 fn snorm(v: u32) -> f32 {
     (f32::from(v as u16 as i16) / 32767.0).max(-1.0)
+}
+
+/// A diagram with a black ground.
+pub(super) fn blackboard() -> Environment {
+    Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() }
 }
 
 /// Compares one fibre's vertices with its twin's. Positions: sine, cosine and square root on the device err by a few
@@ -242,8 +248,7 @@ fn a_materials_texture_lies_once_along_a_fibre_and_leaves_other_fibres_alone() {
     let name = "half red".to_owned();
     let hash = *blake3::hash(&texels).as_bytes();
     let texture = Arc::new(Texture { id: 7, name, width: 2, height: 2, srgb: false, texels, hash });
-    let environment =
-        Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() };
+    let environment = blackboard();
     let camera = sample::looking_at(DVec3::new(0.0, 0.25, 1.0), DVec3::new(0.0, 0.25, 0.0));
     let mut outputs = sample::tentacles(
         &sample::Bed { count: 2, spacing: 0.3, per_row: 2, y: 0.0, length: 0.5, radius: 0.02 },
@@ -289,8 +294,7 @@ fn a_materials_texture_lies_once_along_a_fibre_and_leaves_other_fibres_alone() {
 /// Greatest change of a pixel's light from one picture to the next, as a share of the greatest contrast, while a fibre so
 /// thick [px] goes sideways by an eighth of a pixel a picture.
 fn greatest_step(studio: &mut Studio, thick: f32, settings: &Settings) -> f32 {
-    let environment =
-        Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() };
+    let environment = blackboard();
     let at = |x: f64| sample::looking_at(DVec3::new(x, 0.25, 2.0), DVec3::new(x, 0.25, 0.0));
     let lens = Lens::new(&at(0.0), [SIZE.0, SIZE.1], 60.0);
     let pixel = 2.0 / lens.pixels_per_metre();

@@ -7,7 +7,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
-use reef_sprites::Layer;
+use reef_sprites::{Layer, linear};
 
 use crate::{
     gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc},
@@ -64,7 +64,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Nothing is brought to the device before the first picture with sprites.
+    /// Nothing is brought to the device before the first picture with sprites, or with a fibre that has a texture.
     pub fn new(gpu: &Gpu) -> Result<Self> {
         let sampler = gpu.sampler(SamplerDesc { linear: true, repeat: false, anisotropic: false })?;
         Ok(Self {
@@ -150,7 +150,7 @@ impl Layers {
 
 impl Levels {
     fn of(texture: &Texture) -> Self {
-        let whole = texture.texels.chunks_exact(4).map(|t| linear(t, texture.srgb)).collect::<Vec<_>>();
+        let whole = texture.texels.chunks_exact(4).map(|t| covered(t, texture.srgb)).collect::<Vec<_>>();
         let rows = resampled(&whole, texture.width as usize, texture.height as usize);
         Self::below(rows)
     }
@@ -183,19 +183,9 @@ impl Levels {
 }
 
 /// Linear light times coverage of a texel of four bytes with straight alpha.
-fn linear(texel: &[u8], srgb: bool) -> [f32; 4] {
+fn covered(texel: &[u8], srgb: bool) -> [f32; 4] {
     let alpha = f32::from(texel[3]) / 255.0;
-    let light = |byte: u8| {
-        let v = f32::from(byte) / 255.0;
-        let linear = if !srgb {
-            v
-        } else if v <= 0.04045 {
-            v / 12.92
-        } else {
-            ((v + 0.055) / 1.055).powf(2.4)
-        };
-        linear * alpha
-    };
+    let light = |byte: u8| if srgb { linear(byte) } else { f32::from(byte) / 255.0 } * alpha;
     [light(texel[0]), light(texel[1]), light(texel[2]), alpha]
 }
 

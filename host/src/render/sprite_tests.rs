@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_sprites::{GpuSprite, Kind, Seen, Sizes};
 
-use super::{layers::Catalogue, sample, view::Lens};
+use super::{device_tests::half, layers::Catalogue, sample, view::Lens};
 use crate::{plugin::streams::Outputs, world::frame::CameraPose};
 
 const SIZES: Sizes = Sizes { least: 1.5, speck: 5.0 };
@@ -124,6 +124,7 @@ fn reaches_into_the_picture(place: Vec3, radius: f32, lens: &Lens) -> bool {
 #[test]
 fn no_sprite_comes_or_goes_in_one_frame() {
     // A cloud that the eye passes through, above, and beside, straight ahead or at an angle, with lenses of all kinds.
+    let catalogue = Catalogue::default();
     for (fov, aside, size) in [
         (30.0, 0.0, 2.0),
         (55.0, 0.3, 2.0),
@@ -136,6 +137,12 @@ fn no_sprite_comes_or_goes_in_one_frame() {
         (110.0, 1.6, 2.0),
     ] {
         for facing in [abi::BILLBOARD_FACING, 0] {
+            let mut outputs = sample::snow(1, [DVec3::new(0.0, -2.0, -3.0); 2], 1.0);
+            let axis = Vec3::new(0.3, 0.2, 0.9).normalize().to_array();
+            outputs.billboards[0] =
+                abi::Billboard { size, axis, opacity: 0.9, flags: facing, ..Default::default() };
+            outputs.objects[0].origin = [aside, -2.0, -3.0];
+            let cloud = [Arc::new(outputs)];
             for turned in [0.0, 0.7] {
                 let mut seen = Seen::default();
                 let mut last: Option<f32> = None;
@@ -145,20 +152,13 @@ fn no_sprite_comes_or_goes_in_one_frame() {
                     let target = eye + DVec3::new(turned, 0.0, -1.0);
                     let pose = CameraPose { fov_y: f32::to_radians(fov), ..sample::looking_at(eye, target) };
                     let lens = Lens::new(&pose, [640, 360], 30.0);
-                    let mut outputs = sample::snow(1, [DVec3::new(0.0, -2.0, -3.0); 2], 1.0);
-                    let sprite = &mut outputs.billboards[0];
-                    let axis = Vec3::new(0.3, 0.2, 0.9).normalize().to_array();
-                    *sprite =
-                        abi::Billboard { size, axis, opacity: 0.9, flags: facing, ..Default::default() };
-                    outputs.objects[0].origin = [aside, -2.0, -3.0];
-                    let catalogue = Catalogue::default();
                     let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
                     let view = (&lens.sprites(), 0.0, Sizes { least: 1.5, speck: 0.0 });
-                    seen.look_with(1, &[Arc::new(outputs)], view, layers);
+                    seen.look_with(1, &cloud, view, layers);
                     let place = (DVec3::new(aside, -2.0, -3.0) - eye).as_vec3();
                     let visible = reaches_into_the_picture(place, 0.5 * size, &lens);
                     // Opacity as a half float: of the cloud where it is in the picture.
-                    let shown = seen.sprites.first().map_or(0.0, |sprite| half(sprite.tint[3]));
+                    let shown = seen.sprites.first().map_or(0.0, |sprite| half(sprite.tint[3].into()));
                     // Seen from its edge it is nothing.
                     let lies = if facing == 0 {
                         Vec3::from(axis).dot(place).abs() / place.length().max(1e-6)
@@ -181,11 +181,6 @@ fn no_sprite_comes_or_goes_in_one_frame() {
             }
         }
     }
-}
-
-/// What a half float of 0 to 1 stands for.
-fn half(bits: u16) -> f32 {
-    if bits == 0 { 0.0 } else { f32::from_bits((u32::from(bits) << 13) + (112 << 23)) }
 }
 
 #[test]

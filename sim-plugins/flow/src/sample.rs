@@ -1,5 +1,7 @@
 //! Velocities at many points at once, for who brings no kernel of their own (reef_host.sample_flow).
 
+use core::ops::Range;
+
 use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::{
@@ -45,17 +47,29 @@ fn divergence_wide<S: Simd>(simd: S, packed: &Packed, points: Points<'_>, out: &
     let count = out.len().min(points.x.len()).min(points.y.len()).min(points.z.len());
     let mut first = 0;
     while first < count {
-        let end = (first + 8).min(count);
-        let lanes = |values: &[f32]| {
-            let mut eight = [0.0; 8];
-            eight[..end - first].copy_from_slice(&values[first..end]);
-            f32x8::simd_from(simd, eight)
-        };
-        let (x, y, z) = (lanes(points.x), lanes(points.y), lanes(points.z));
-        let eight: [f32; 8] = packed::divergence(simd, packed, x, y, z).into();
-        out[first..end].copy_from_slice(&eight[..end - first]);
-        first = end;
+        let here = first..(first + 8).min(count);
+        let [x, y, z] = eight_of(simd, &points, here.clone());
+        store(out, here.clone(), packed::divergence(simd, packed, x, y, z));
+        first = here.end;
     }
+}
+
+/// Up to eight points; what lanes are over is zero.
+#[inline(always)]
+fn eight_of<S: Simd>(simd: S, points: &Points<'_>, here: Range<usize>) -> [f32x8<S>; 3] {
+    let lanes = |values: &[f32]| {
+        let mut eight = [0.0; 8];
+        eight[..here.len()].copy_from_slice(&values[here.clone()]);
+        f32x8::simd_from(simd, eight)
+    };
+    [lanes(points.x), lanes(points.y), lanes(points.z)]
+}
+
+/// The lanes that stand for points, to their places.
+#[inline(always)]
+fn store<S: Simd>(to: &mut [f32], here: Range<usize>, values: f32x8<S>) {
+    let eight: [f32; 8] = values.into();
+    to[here.clone()].copy_from_slice(&eight[..here.len()]);
 }
 
 #[inline(always)]
@@ -64,20 +78,12 @@ fn sample_wide<S: Simd>(simd: S, packed: &Packed, points: Points<'_>, out: Veloc
     let count = lengths.into_iter().fold(usize::MAX, usize::min);
     let mut first = 0;
     while first < count {
-        let end = (first + 8).min(count);
-        let lanes = |values: &[f32]| {
-            let mut eight = [0.0; 8];
-            eight[..end - first].copy_from_slice(&values[first..end]);
-            f32x8::simd_from(simd, eight)
-        };
-        let [vx, vy, vz] = velocity8(simd, packed, lanes(points.x), lanes(points.y), lanes(points.z));
-        let store = |to: &mut [f32], v: f32x8<S>| {
-            let eight: [f32; 8] = v.into();
-            to[first..end].copy_from_slice(&eight[..end - first]);
-        };
-        store(out.x, vx);
-        store(out.y, vy);
-        store(out.z, vz);
-        first = end;
+        let here = first..(first + 8).min(count);
+        let [x, y, z] = eight_of(simd, &points, here.clone());
+        let [vx, vy, vz] = velocity8(simd, packed, x, y, z);
+        store(out.x, here.clone(), vx);
+        store(out.y, here.clone(), vy);
+        store(out.z, here.clone(), vz);
+        first = here.end;
     }
 }

@@ -114,7 +114,7 @@ fn test(arguments: &[String]) -> Outcome {
     run(&mut validate, "reef validate")
 }
 
-/// The test of strikes with a count of its own: as many processes as it takes, about ten minutes for a thousand.
+/// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for a thousand.
 fn faults(arguments: &[String]) -> Outcome {
     let count = match arguments {
         [] => 1000,

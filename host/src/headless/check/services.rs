@@ -141,23 +141,21 @@ fn refused(subject: &Subject) -> Result<Refused, Not> {
     Ok(instance.destroy_and_tell()?)
 }
 
-fn fit(subject: &Subject) -> Outcome {
-    match refused(subject)?.unfit {
-        Some(reason) => broken!("texture_create refused: {reason}"),
+fn never(service: &str, reason: Option<String>) -> Outcome {
+    match reason {
+        Some(reason) => broken!("{service} refused: {reason}"),
         None => Ok(None),
     }
+}
+
+fn fit(subject: &Subject) -> Outcome {
+    never("texture_create", refused(subject)?.unfit)
 }
 
 fn few(subject: &Subject) -> Outcome {
-    match refused(subject)?.too_many {
-        Some(reason) => broken!("texture_create refused: {reason}"),
-        None => Ok(None),
-    }
+    never("texture_create", refused(subject)?.too_many)
 }
 
 fn there(subject: &Subject) -> Outcome {
-    match refused(subject)?.missing {
-        Some(reason) => broken!("texture_destroy refused: {reason}"),
-        None => Ok(None),
-    }
+    never("texture_destroy", refused(subject)?.missing)
 }

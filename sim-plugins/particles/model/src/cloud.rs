@@ -383,8 +383,7 @@ impl Cloud {
                 if !now.still || sphere[0] == UNKNOWN {
                     sphere[0] = swarm.around([&*x, &*y, &*z], &piece.alive[..members], groups);
                 }
-                packed.fill_near(field, sphere[0], swarm.plan.center, 0);
-                packed.fit(swarm.plan.extent);
+                fill(packed, field, sphere[0], &swarm.plan);
                 &*packed
             });
             if idle && !now.still {
@@ -526,14 +525,19 @@ impl Cloud {
             };
             let Scratch { packed, room } = scratch;
             let near = swarm.now.flowing.then(|| {
-                packed.fill_near(field, spheres[i], swarm.plan.center, 0);
-                packed.fit(swarm.plan.extent);
+                fill(packed, field, spheres[i], &swarm.plan);
                 &*packed
             });
             let ride = swarm.ride(piece.swarm, &levels, choice, near);
             ride::ride(around.level, &ride, &listed, room, sprites, trace);
         });
     }
+}
+
+/// Packs the water in a part of a box, as it is there for all of its particles.
+fn fill(packed: &mut Packed, field: &Field, part: Sphere, plan: &BoxPlan) {
+    packed.fill_near(field, part, plan.center, 0);
+    packed.fit(plan.extent);
 }
 
 /// Where in its box's slots a particle is.

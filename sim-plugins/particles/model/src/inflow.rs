@@ -86,6 +86,19 @@ impl Room {
     }
 }
 
+impl Water<'_> {
+    /// A place in the box [m, from its middle].
+    pub fn metres(&self, place: [i32; 3]) -> [f32; 3] {
+        core::array::from_fn(|axis| place[axis] as f32 * self.unit[axis])
+    }
+}
+
+/// Three words by chance.
+fn words(chance: u64) -> [u32; 3] {
+    let (first, second) = (mix(chance ^ 0x7265), mix(chance ^ 0x6574));
+    [first as u32, (first >> 32) as u32, second as u32]
+}
+
 /// A share 0..1 by chance.
 pub fn share(chance: u64) -> f32 {
     (chance >> 40) as f32 / 16_777_216.0
@@ -105,10 +118,15 @@ struct Place {
 }
 
 impl Place {
+    /// Area of a panel [m²], or volume of a cell [m³], of a box of an extent [m].
+    fn size(&self, extent: [f32; 3]) -> f32 {
+        let sides = (0..3).filter(|axis| self.across != Some(*axis));
+        sides.map(|axis| extent[axis] / (1 << self.bits[axis]) as f32).product()
+    }
+
     /// A point of it by chance [2⁻³² of the extent, from the box's middle]; on a wall's panel the axis across is its wall.
     fn point(&self, chance: u64) -> [i32; 3] {
-        let (first, second) = (mix(chance ^ 0x7265), mix(chance ^ 0x6574));
-        let within = [first as u32, (first >> 32) as u32, second as u32];
+        let within = words(chance);
         core::array::from_fn(|axis| {
             if self.across == Some(axis) {
                 return if self.side < 0.0 { i32::MIN } else { i32::MAX };
@@ -191,8 +209,7 @@ impl Inflow {
             }
         }
         // No water comes in anywhere.
-        let (first, second) = (mix(chance ^ 0x7265), mix(chance ^ 0x6574));
-        [first as i32, (first >> 32) as i32, second as i32]
+        words(chance).map(|word| word as i32)
     }
 
     fn take(&mut self, water: &Water<'_>, step: u64) {
@@ -201,17 +218,13 @@ impl Inflow {
         let (walls, cells) = places.split_at(walls);
         here.clear();
         let points = walls.iter().enumerate().map(|(number, place)| place.point(mix(step ^ number as u64)));
-        points.for_each(|point| here.push(metres(water, point)));
+        points.for_each(|point| here.push(water.metres(point)));
         through(water, |index| walls[index].across, here, other);
         sums.clear();
         let mut sum = 0.0;
         for (index, place) in walls.iter().enumerate() {
             let Some(axis) = place.across else { continue };
-            let area = (0..3)
-                .filter(|i| *i != axis)
-                .map(|i| extent[i] / (1 << place.bits[i]) as f32)
-                .product::<f32>();
-            sum += entering(here, other, index, axis, place.side)[0] * area;
+            sum += entering(here, other, index, axis, place.side)[0] * place.size(*extent);
             sums.push(sum);
         }
         if !water.sources.has_sources() {
@@ -219,11 +232,10 @@ impl Inflow {
         }
         here.clear();
         let points = cells.iter().enumerate().map(|(number, place)| place.point(mix(!step ^ number as u64)));
-        points.for_each(|point| here.push(metres(water, point)));
+        points.for_each(|point| here.push(water.metres(point)));
         here.diverge(water.sources, water.level);
         for (place, divergence) in cells.iter().zip(&here.v[0]) {
-            let volume = (0..3).map(|i| extent[i] / (1 << place.bits[i]) as f32).product::<f32>();
-            sum += divergence.clamp(0.0, 1e6) * volume;
+            sum += divergence.clamp(0.0, 1e6) * place.size(*extent);
             sums.push(sum);
         }
     }
@@ -233,7 +245,7 @@ impl Inflow {
         let Self { tried, tried_other, .. } = self;
         tried.clear();
         let point = |number: usize| place.point(mix(chance ^ number as u64));
-        (0..TRIES).for_each(|number| tried.push(metres(water, point(number))));
+        (0..TRIES).for_each(|number| tried.push(water.metres(point(number))));
         let mut odds = [0.0; TRIES];
         let mut way = [0.0; TRIES];
         if let Some(axis) = place.across {
@@ -268,10 +280,6 @@ impl Inflow {
         }
         Some(found)
     }
-}
-
-fn metres(water: &Water<'_>, place: [i32; 3]) -> [f32; 3] {
-    core::array::from_fn(|axis| place[axis] as f32 * water.unit[axis])
 }
 
 /// What the water does at points of walls, `here`, and at the same places of the walls opposite.

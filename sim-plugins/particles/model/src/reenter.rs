@@ -105,8 +105,7 @@ impl Leavers {
         self.here.clear();
         self.left.clear();
         for (slot, axes) in &self.slots {
-            let place = chunks.place(*slot as usize);
-            let here: [f32; 3] = core::array::from_fn(|axis| place[axis] as f32 * water.unit[axis]);
+            let here = water.metres(chunks.place(*slot as usize));
             self.here.push(here);
             self.left.push(core::array::from_fn(|axis| {
                 let extent = water.unit[axis] * 4_294_967_296.0;

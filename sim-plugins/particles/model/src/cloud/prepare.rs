@@ -3,7 +3,7 @@
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi::Wave;
 
-use super::{Cloud, Now, Surroundings, Swarm, whole};
+use super::{Cloud, Now, Surroundings, Swarm, fill, whole};
 use crate::{
     drift::{Drift, Sight},
     levels::{Band, Choice, Levels, reach},
@@ -40,8 +40,7 @@ impl Cloud {
         let view = View::new(around.camera, levels.margin);
         for swarm in &mut self.swarms {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
-            swarm.packed.fill_near(&self.field, bounds, swarm.plan.center, 0);
-            swarm.packed.fit(swarm.plan.extent);
+            fill(&mut swarm.packed, &self.field, bounds, &swarm.plan);
             swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, 0);
             // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
             let [vx, _, vz] = swarm.packed.uniform();

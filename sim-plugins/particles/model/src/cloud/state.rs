@@ -37,8 +37,8 @@ impl Cloud {
                 all.extend((0..count).map(|i| own[first + slot_of(i, self.members, self.groups)]));
             }
             let jumped = (0..swarm.plan.count as usize).filter(|i| {
-                let slot = first + slot_of(*i, self.members, self.groups);
-                self.jumped[slot / slots][slot % slots / 64] >> (slot % slots % 64) & 1 != 0
+                let (chunk, word, bit) = mark(first + slot_of(*i, self.members, self.groups), slots);
+                self.jumped[chunk][word] & bit != 0
             });
             state.jumped.extend(jumped.map(|i| (before + i) as u32));
         }
@@ -85,11 +85,17 @@ impl Cloud {
                 }
             }
             while let Some(number) = jumped.next_if(|number| (done..done + count).contains(number)) {
-                let slot = first + slot_of(number - done, self.members, self.groups);
-                self.jumped[slot / slots][slot % slots / 64] |= 1 << (slot % slots % 64);
+                let (chunk, word, bit) =
+                    mark(first + slot_of(number - done, self.members, self.groups), slots);
+                self.jumped[chunk][word] |= bit;
             }
             done += count;
         }
         Ok(())
     }
+}
+
+/// Where it is marked that a slot jumped: chunk, word, bit. `slots`: of a chunk.
+fn mark(slot: usize, slots: usize) -> (usize, usize, u64) {
+    (slot / slots, slot % slots / 64, 1 << (slot % slots % 64))
 }

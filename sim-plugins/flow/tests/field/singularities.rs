@@ -1,15 +1,15 @@
 //! What must hold for sources, holes and whirlwinds (Aliaga & Larboulette 2009, eq. 1–4).
 
-mod common;
-
-use common::{
-    Random, at, difference, directional, dot, hole, length, sea, shelter, source, unit, velocities, whirlwind,
-};
 use proptest::prelude::*;
 use reef_abi::Flow;
 use reef_flow::{
     Level, Packed, reference,
     sample::{Points, divergence},
+};
+
+use crate::common::{
+    self, Random, at, difference, directional, dot, hole, length, sea, shelter, source, unit, velocities,
+    whirlwind,
 };
 
 /// One step of f32 rounding is 6e-8; an intensity passes through about ten operations.

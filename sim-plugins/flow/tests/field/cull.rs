@@ -1,13 +1,12 @@
 //! The grid and the cut: what is left out contributes exactly nothing, or less than was asked for.
 
-mod common;
-
-use common::{Random, difference, sea, velocities};
 use reef_abi::{self as abi, Flow};
 use reef_flow::{
     Field, Level, Packed, Sphere,
     limit::{self, limit},
 };
+
+use crate::common::{self, Random, difference, sea, velocities};
 
 /// Points inside a sphere, relative to `origin`.
 fn inside(sphere: Sphere, origin: [f64; 3], random: &mut Random) -> Vec<[f32; 3]> {

@@ -1,7 +1,5 @@
 //! What the flow's tests share: primitives to start from, and points one at a time through the wide kernel.
 
-#![allow(dead_code, reason = "each test file uses a part")]
-
 use reef_abi::{self as abi, Flow};
 use reef_flow::{
     Level, Packed,

@@ -1,5 +1,4 @@
 //! What the tests of the fibre share.
-#![allow(dead_code, reason = "each test crate uses its part")]
 
 use glam::{DVec3, Vec3};
 use reef_anemone_model::{

@@ -1,11 +1,5 @@
 //! What must hold for plants: the paper's counts and figures, species, states, bad input.
 
-mod common;
-
-#[path = "common/scene.rs"]
-mod scene;
-
-use common::{current, local};
 use glam::DVec3;
 use reef_anemone_model::{
     Anemones,
@@ -17,7 +11,9 @@ use reef_sdk::{
     Heightfield, SceneInfo, Workers,
     abi::{self, Flow},
 };
-use scene::*;
+
+use crate::common::{current, local};
+use crate::scene::*;
 
 const DT: f64 = 1.0 / 60.0;
 /// Metres per unit of the figures' scenes.

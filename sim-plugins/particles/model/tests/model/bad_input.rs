@@ -1,10 +1,9 @@
 //! What is wrong is said with its place; what is merely empty is an empty sea.
 
-mod common;
-
-use common::*;
 use glam::DVec3;
 use reef_particles_model::{Levels, Surroundings};
+
+use crate::common::*;
 
 const BOX: &str = "[[boxes]]\nlow = [-1.0, -2.0, -1.0]\nhigh = [1.0, -1.0, 1.0]\n";
 

@@ -1,13 +1,12 @@
 //! The levels of detail (§3.3): nobody sees what they leave out.
 
-mod common;
-
 use std::collections::HashSet;
 
-use common::*;
 use glam::DVec3;
 use reef_particles_model::{Levels, Surroundings};
 use reef_sdk::abi::{self, Billboard, Camera};
+
+use crate::common::*;
 
 /// The paper's box: 4 000 particles in 10 × 1 × 10 m, half a metre below the surface.
 const PAPER: &str = "[[boxes]]\nlow = [-5.0, -1.5, -5.0]\nhigh = [5.0, -0.5, 5.0]\ncount = 4000\n";
@@ -101,7 +100,7 @@ fn slaves_follow_their_master_beyond_d_m_and_ride_by_themselves_before() {
     let follow = Levels { masters: true, ..no_levels() };
     let (centers, far, _) = offset(20.0, follow);
     let (_, own, _) = offset(20.0, no_levels());
-    let [_, most] = common::cloud(PAPER).plan(0).expect("a box").follow;
+    let [_, most] = cloud(PAPER).plan(0).expect("a box").follow;
     let (mut followers, mut worst) = (0, 0.0_f64);
     for first in (0..4000).step_by(4) {
         for slave in first + 1..first + 4 {

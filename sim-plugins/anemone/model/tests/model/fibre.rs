@@ -1,8 +1,5 @@
 //! What must hold for a fibre, whoever solves it.
 
-mod common;
-
-use common::*;
 use glam::{DVec2, DVec3};
 use reef_anemone_model::{
     frame::Frame,
@@ -14,6 +11,8 @@ use reef_anemone_model::{
 };
 use reef_flow::{Level, Packed};
 use reef_sdk::abi;
+
+use crate::common::*;
 
 const AREA: Drag = Drag::Area { coefficient: 0.5 };
 

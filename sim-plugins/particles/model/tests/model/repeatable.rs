@@ -1,12 +1,11 @@
 //! The same bytes at every instruction set; states that come back as they were.
 
-mod common;
-
-use common::*;
 use glam::DVec3;
 use reef_flow::Level;
 use reef_particles_model::{Cloud, Levels, Surroundings};
 use reef_sdk::abi::{self, Billboard, Trace};
+
+use crate::common::*;
 
 const BOXES: &str = "[[boxes]]\nlow = [-5.0, -1.5, -5.0]\nhigh = [5.0, -0.5, 5.0]\ncount = 3001\n\
                      [[boxes]]\nkind = \"plankton\"\nlow = [-2.0, -4.0, -2.0]\nhigh = [2.0, -1.0, 2.0]\ncount = 777\n";

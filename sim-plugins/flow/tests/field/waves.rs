@@ -1,10 +1,7 @@
 //! Waves and the orbits below them (Coulais et al. 2005, §3.2 and §3.3.1), held against linear theory.
 
-mod common;
-
 use core::f64::consts::TAU;
 
-use common::Random;
 use fearless_simd::{f32x8, prelude::*};
 use reef_abi as abi;
 use reef_flow::{
@@ -17,6 +14,8 @@ use reef_flow::{
         spectrum::{CALM, MOST_TRAINS, significant_height},
     },
 };
+
+use crate::common::Random;
 
 /// One train along θ, with k from ω or ω from k.
 fn single(amplitude: f64, wave_number: f64, depth: f64, heading: f64) -> Train {

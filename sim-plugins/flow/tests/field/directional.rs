@@ -1,10 +1,9 @@
 //! Directional fields (Aliaga & Larboulette 2009, eq. 5) in their four forms, and shelters.
 
-mod common;
-
-use common::{at, difference, directional, shelter, velocities};
 use reef_abi::Flow;
 use reef_flow::{Level, Packed};
+
+use crate::common::{self, at, difference, directional, shelter, velocities};
 
 const ALONG: [f32; 3] = [0.6, 0.0, -0.8];
 

@@ -1,13 +1,12 @@
 //! assets/species/README.md, the table of parameters that the paper wished for (§6), is made from the code and held to it here.
-//! After a change: REEF_WRITE_TABLE=1 cargo test -p reef-anemone-model --test species_table
-
-#[path = "common/scene.rs"]
-mod scene;
+//! After a change: REEF_WRITE_TABLE=1 cargo test -p reef-anemone-model --test model species_table
 
 use std::fmt::Write as _;
 
 use reef_anemone_model::species::Species;
 use serde_json::Value;
+
+use crate::scene;
 
 /// One parameter of a species, as its schema describes it.
 struct Parameter {

@@ -1,9 +1,8 @@
 //! Every instruction set gives the same bytes.
 
-mod common;
-
-use common::{Random, sea, velocities};
 use reef_flow::{Level, Packed};
+
+use crate::common::{Random, sea, velocities};
 
 #[test]
 fn every_level_gives_the_same_bytes() {

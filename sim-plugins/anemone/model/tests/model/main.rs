@@ -1,0 +1,8 @@
+//! What must hold for the anemones, in one program: linking takes longer than most of it.
+
+mod bed;
+mod common;
+mod fibre;
+#[path = "../common/scene.rs"]
+mod scene;
+mod species_table;
