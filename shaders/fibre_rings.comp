@@ -66,7 +66,8 @@ void main() {
     choice.ring_morph = 0.0;
     choice.side_morph = 0.0;
 
-    if (push.use_lod != 0u) {
+    // For every fibre or for none; written so that no branch hangs on a uniform alone (see HIGH in view.glsl).
+    if (index < push.fibre_count * min(push.use_lod, 1u)) {
         vec3 c = vec3(dot(center, view.right.xyz), dot(center, view.up.xyz), dot(center, view.forward.xyz));
         float side_x = sqrt(1.0 + view.right.w * view.right.w) * reach;
         float side_y = sqrt(1.0 + view.up.w * view.up.w) * reach;

@@ -94,7 +94,7 @@ fn assert_clean(output: &Output) {
 #[test]
 fn a_window_of_300_frames_ends_by_itself_without_a_validation_message() {
     let Some(bench) = Bench::new("800x600") else { return };
-    let args = ["reef", "--frames", "300", "--size", "400x225", "--json"];
+    let args = ["reef", "--frames", "300", "--size", "320x180", "--json"];
     let output = wait(bench.start(&args), PATIENCE, "300 frames");
     assert_clean(&output);
     let summary = summary(&output);

@@ -46,6 +46,8 @@ mod timestamps;
 mod transfer;
 
 #[cfg(test)]
+mod branch_tests;
+#[cfg(test)]
 mod device_tests;
 #[cfg(test)]
 mod swapchain_tests;

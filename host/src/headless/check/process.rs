@@ -13,6 +13,7 @@ use std::{
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, Sender, channel},
     },
     thread,
     time::{Duration, Instant},
@@ -88,7 +89,7 @@ impl Conduct {
         };
         running.insert(child.id());
         drop(running);
-        let said = child.stderr.take().map(listen).unwrap_or_default();
+        let (said, mut silent) = child.stderr.take().map(listen).unzip();
         let end = Instant::now() + self.limit;
         let mut pause = Duration::from_micros(500);
         let in_time = loop {
@@ -98,7 +99,15 @@ impl Conduct {
             if Instant::now() > end {
                 break false;
             }
-            thread::sleep(pause);
+            // Who ends closes what it says: that is heard at once.
+            match &silent {
+                Some(end) if end.recv_timeout(pause) == Err(RecvTimeoutError::Disconnected) => {
+                    silent = None;
+                    pause = Duration::from_micros(50);
+                }
+                Some(_) => {}
+                None => thread::sleep(pause),
+            }
             pause = (pause * 2).min(Duration::from_millis(10));
         };
         // Before it is reaped, lest its number be somebody else's by then.
@@ -117,7 +126,10 @@ impl Conduct {
         let written = fs::read(&verdict).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
         written.unwrap_or_else(|| {
             let how = status.map_or_else(|error| error.to_string(), how);
-            Verdict::Failed(format!("its process {how} before the check was over{}", last_words(&said)))
+            Verdict::Failed(format!(
+                "its process {how} before the check was over{}",
+                last_words(&said.unwrap_or_default())
+            ))
         })
     }
 }
@@ -131,12 +143,14 @@ fn how(status: ExitStatus) -> String {
     }
 }
 
-/// Reads a stream to its end, however long that may be, and keeps its last bytes.
-fn listen(mut stream: impl Read + Send + 'static) -> Arc<Mutex<Vec<u8>>> {
+/// Reads a stream to its end, however long that may be, and keeps its last bytes; then the channel is closed.
+fn listen(mut stream: impl Read + Send + 'static) -> (Arc<Mutex<Vec<u8>>>, Receiver<()>) {
     let kept: Arc<Mutex<Vec<u8>>> = Arc::default();
     let ours = kept.clone();
+    let (open, end) = channel();
     // Nobody waits for this thread: something that escaped may hold the stream open.
     thread::spawn(move || {
+        let _open: Sender<()> = open;
         let mut buffer = [0; KEPT];
         while let Ok(count @ 1..) = stream.read(&mut buffer) {
             let mut kept = ours.lock().unwrap_or_else(PoisonError::into_inner);
@@ -145,7 +159,7 @@ fn listen(mut stream: impl Read + Send + 'static) -> Arc<Mutex<Vec<u8>>> {
             kept.drain(..too_many);
         }
     });
-    kept
+    (kept, end)
 }
 
 /// The last line that was said.
