@@ -105,3 +105,32 @@ pub fn has_component(name: &str) -> bool {
         .status()
         .is_ok_and(|status| status.success())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// Package and version → its features, of everything that a build needs.
+    fn features(arguments: &[&str]) -> BTreeMap<String, String> {
+        let mut command = cargo();
+        command.args(["tree", "--offline", "--prefix", "none", "--format", "{p} = {f}"]).args(arguments);
+        let output = command.output().expect("cargo starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        let lines = text.lines().filter_map(|line| line.trim_end_matches(" (*)").split_once(" = "));
+        lines.map(|(package, features)| (package.to_owned(), features.trim().to_owned())).collect()
+    }
+
+    /// Else cargo builds the host twice for `cargo xtask test`: a minute more.
+    #[test]
+    fn the_demo_and_the_tests_need_everything_with_the_same_features() {
+        let demo = features(&["--edges", "normal,build"]);
+        let tests = features(&["--workspace", "--edges", "normal,build,dev"]);
+        assert!(demo.len() > 100, "{} packages", demo.len());
+        for (package, features) in &demo {
+            assert_eq!(tests.get(package), Some(features), "{package}: a dependency of tests asks for more");
+        }
+    }
+}
