@@ -107,7 +107,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     }
     report.note(format!(
         "A node-step: one node that moves, for one step, under 3 singularities and 1 whirlwind. {ROUNDS} short \
-         rounds in which all take turns; each one's best counts."
+         rounds in which all take turns of some steps; each one's best counts."
     ));
     report.note(
         "The bare kernel has no contacts, no rest shape, no exact equilibrium: the printed equations alone. Allocations \

@@ -3,8 +3,9 @@
 
 use std::time::{Duration, Instant};
 
-/// Time that one turn of one thing takes, about.
-const TURN: Duration = Duration::from_micros(1500);
+/// Time that one turn of one thing takes, about: several steps of a sea, so that steps follow one another as they do in a sea
+/// that runs, and not every second one begins with caches full of what the other things left there.
+const TURN: Duration = Duration::from_micros(8000);
 
 /// One of the things that take turns: does its unit of work once.
 pub type Work<'a> = Box<dyn FnMut() + 'a>;
