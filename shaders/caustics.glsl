@@ -16,6 +16,11 @@ float caustic_mean(float depth) {
     return max(mean, 1e-3);
 }
 
+/// How far train `i`, whose sine is `s`, bends the next one: each of the breeze's a little, so that the pattern does not repeat.
+float bend_after(int i, float s, float bend) {
+    return mix(0.0, 0.9 * s + 0.35 * bend, float(i) >= view.sun_color.w);
+}
+
 /// The gain over its mean at the point `p` in eye space, `depth` metres below the surface.
 float caustic_pattern(vec3 p, float depth) {
     // Where the ray that hits p entered the water.
@@ -27,9 +32,8 @@ float caustic_pattern(vec3 p, float depth) {
         vec4 w = view.wave[i];
         // A wave focuses near 4 / (A k^2); beyond twice that it only blurs.
         float fade = clamp(2.0 - depth * w.z * 0.25, 0.0, 1.0);
-        // Each of the breeze's trains is bent a little by the one before, so that the pattern does not repeat.
         float s = sin(dot(w.xy, x) + w.w + bend);
-        bend = mix(0.0, 0.9 * s + 0.35 * bend, float(i) >= view.sun_color.w);
+        bend = bend_after(i, s, bend);
         h -= view.focus[i].xyz * (fade * s);
     }
     h *= 0.25 * depth;

@@ -44,7 +44,7 @@ float quick_caustics(vec3 p, vec3 c) {
         vec4 w = view.wave[i];
         vec4 f = view.focus[i];
         float s = quick_sine(dot(w.xy, x) + w.w + bend);
-        bend = mix(0.0, 0.9 * s + 0.35 * bend, float(i) >= view.sun_color.w);
+        bend = bend_after(i, s, bend);
         h -= f.xyz * (clamp(2.0 - c.x * w.z, 0.0, 1.0) * s);
     }
     h *= c.x;

@@ -42,11 +42,11 @@ fn packages() -> Vec<&'static str> {
     PACKAGES.into_iter().chain(OWN.iter().map(|plugin| plugin.package)).collect()
 }
 
-/// The library of a package of this workspace as a build with these features makes it, in a file of its own in `folder`.
+/// The library of a package of this workspace as a build with this feature makes it, in a file of its own in `folder`.
 ///
 /// # Panics
 /// When the build fails.
-pub fn variant(package: &str, library: &str, features: &str, folder: &Path) -> PathBuf {
+pub fn variant(package: &str, library: &str, feature: &str, folder: &Path) -> PathBuf {
     // Builds of the same package share their file: one at a time, in this program and in others.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
@@ -54,9 +54,9 @@ pub fn variant(package: &str, library: &str, features: &str, folder: &Path) -> P
     lock.lock().expect("the lock");
     // Beside the program: alone, the package would have dependencies with fewer features, built once more.
     let packages: Vec<_> = packages().into_iter().chain([package]).collect();
-    let features_of_it = format!("{package}/{features}");
-    let built = build_with(workspace(), &packages, &["--features", &features_of_it], None);
-    let kept = folder.join(format!("{library}-{features}{}", env::consts::DLL_SUFFIX));
+    let feature_of_it = format!("{package}/{feature}");
+    let built = build_with(workspace(), &packages, &["--features", &feature_of_it], None);
+    let kept = folder.join(format!("{library}-{feature}{}", env::consts::DLL_SUFFIX));
     fs::copy(built.plugin(library), &kept).expect("the library is copied");
     kept
 }

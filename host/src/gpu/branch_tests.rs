@@ -42,6 +42,10 @@ const UNIFORM: u32 = 2;
 const IN_FUNCTION: u32 = 7;
 const PUSH_CONSTANT: u32 = 9;
 
+fn is_constant(code: u32) -> bool {
+    CONSTANTS.iter().any(|range| range.contains(&code))
+}
+
 #[derive(Default)]
 struct Shader {
     /// Result → instruction and its words after the first.
@@ -79,9 +83,8 @@ impl Shader {
             }
             let values = [VARIABLE, LOAD, ACCESS_CHAIN, EXT_INST, FUNCTION_CALL];
             let composites = [VECTOR_SHUFFLE, COMPOSITE_CONSTRUCT, COMPOSITE_EXTRACT];
-            let constant = CONSTANTS.iter().any(|range| range.contains(&code));
-            if constant || values.contains(&code) || composites.contains(&code) || ARITHMETIC.contains(&code)
-            {
+            let computed = composites.contains(&code) || ARITHMETIC.contains(&code);
+            if is_constant(code) || values.contains(&code) || computed {
                 shader.made.insert(rest[1], (code, rest.to_vec()));
             }
         }
@@ -109,7 +112,7 @@ impl Shader {
             COMPOSITE_EXTRACT => rest[2..3].to_vec(),
             COMPOSITE_CONSTRUCT => rest[2..].to_vec(),
             _ if ARITHMETIC.contains(&code) => rest[2..].to_vec(),
-            _ if CONSTANTS.iter().any(|range| range.contains(&code)) => return Constant,
+            _ if is_constant(code) => return Constant,
             _ => return Varying,
         };
         of.into_iter().map(|id| self.value(id)).max().unwrap_or(Varying)
@@ -136,9 +139,9 @@ impl Shader {
             }
             VARIABLE if [UNIFORM, PUSH_CONSTANT].contains(&rest[2]) => Uniform,
             VARIABLE if rest[2] == IN_FUNCTION => {
-                let parts =
+                let mut parts =
                     self.made.iter().filter(|(_, (code, rest))| *code == ACCESS_CHAIN && rest[2] == pointer);
-                let in_parts = parts.into_iter().any(|(part, _)| self.written.contains_key(part));
+                let in_parts = parts.any(|(part, _)| self.written.contains_key(part));
                 match self.written.get(&pointer).map(Vec::as_slice) {
                     Some(&[once]) if !in_parts => self.value(once),
                     _ => Varying,

@@ -54,7 +54,7 @@ fn divergence_wide<S: Simd>(simd: S, packed: &Packed, points: Points<'_>, out: &
     }
 }
 
-/// Up to eight points; what lanes are over is zero.
+/// Up to eight points; lanes beyond them hold zero.
 #[inline(always)]
 fn eight_of<S: Simd>(simd: S, points: &Points<'_>, here: Range<usize>) -> [f32x8<S>; 3] {
     let lanes = |values: &[f32]| {

@@ -89,7 +89,7 @@ impl Conduct {
         };
         running.insert(child.id());
         drop(running);
-        let (said, mut silent) = child.stderr.take().map(listen).unzip();
+        let (said, mut open) = child.stderr.take().map(listen).unzip();
         let end = Instant::now() + self.limit;
         let mut pause = Duration::from_micros(500);
         let in_time = loop {
@@ -100,9 +100,9 @@ impl Conduct {
                 break false;
             }
             // Who ends closes what it says: that is heard at once.
-            match &silent {
-                Some(end) if end.recv_timeout(pause) == Err(RecvTimeoutError::Disconnected) => {
-                    silent = None;
+            match &open {
+                Some(stream) if stream.recv_timeout(pause) == Err(RecvTimeoutError::Disconnected) => {
+                    open = None;
                     pause = Duration::from_micros(50);
                 }
                 Some(_) => {}
