@@ -20,6 +20,7 @@ pub mod reference;
 pub mod sample;
 pub mod scalar;
 pub mod simd;
+pub mod steepness;
 pub mod waves;
 
 pub use fearless_simd;
@@ -27,3 +28,4 @@ pub use field::{Field, Sphere};
 pub use keyframe::{Interpolation, Key, Track};
 pub use packed::{Packed, divergence, velocity, velocity8, velocity16};
 pub use simd::Level;
+pub use steepness::steepness;

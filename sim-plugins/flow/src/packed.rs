@@ -446,7 +446,7 @@ fn calm<S: Simd, V: Lanes<S>>(simd: S, shelter: &Shelter, p: [V; 3]) -> V {
 /// A vector in all lanes. Written out: a closure, as `map` takes it, does not always inherit the vector instructions of
 /// where it stands, and then costs a call an operation.
 #[inline(always)]
-fn splat3<S: Simd, V: Lanes<S>>(simd: S, [x, y, z]: [f32; 3]) -> [V; 3] {
+pub(crate) fn splat3<S: Simd, V: Lanes<S>>(simd: S, [x, y, z]: [f32; 3]) -> [V; 3] {
     [V::splat(simd, x), V::splat(simd, y), V::splat(simd, z)]
 }
 
@@ -458,7 +458,7 @@ fn add_scaled<S: Simd, V: Lanes<S>>(v: [V; 3], speed: V, d: [V; 3]) -> [V; 3] {
 
 /// p − C and its square.
 #[inline(always)]
-fn from_center<S: Simd, V: Lanes<S>>(simd: S, center: [f32; 3], p: [V; 3]) -> ([V; 3], V) {
+pub(crate) fn from_center<S: Simd, V: Lanes<S>>(simd: S, center: [f32; 3], p: [V; 3]) -> ([V; 3], V) {
     let d = [
         p[0] - V::splat(simd, center[0]),
         p[1] - V::splat(simd, center[1]),
@@ -468,12 +468,12 @@ fn from_center<S: Simd, V: Lanes<S>>(simd: S, center: [f32; 3], p: [V; 3]) -> ([
 }
 
 #[inline(always)]
-fn length2<S: Simd, V: Lanes<S>>(d: [V; 3]) -> V {
+pub(crate) fn length2<S: Simd, V: Lanes<S>>(d: [V; 3]) -> V {
     mul_add(d[2], d[2], mul_add(d[1], d[1], d[0] * d[0]))
 }
 
 #[inline(always)]
-fn cross<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+pub(crate) fn cross<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [
         mul_add(a[1], b[2], -(a[2] * b[1])),
         mul_add(a[2], b[0], -(a[0] * b[2])),
@@ -495,7 +495,7 @@ fn intensity<S: Simd, V: Lanes<S>>(simd: S, local: &Local, d2: V, l2: V) -> V {
 
 /// 1 inside of the shell, 0 outside, u² (3 − 2u) in it.
 #[inline(always)]
-fn fade<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
+pub(crate) fn fade<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
     if inv_shell == 0.0 {
         return V::splat(simd, 1.0);
     }
@@ -505,7 +505,7 @@ fn fade<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V 
 
 /// u: 1 at the inner side of the shell and inside of it, 0 at its outer side and beyond.
 #[inline(always)]
-fn in_shell<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
+pub(crate) fn in_shell<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, d2: V) -> V {
     let u = (V::splat(simd, reach2) - d2) * V::splat(simd, inv_shell);
     u.max(V::splat(simd, 0.0)).min(V::splat(simd, 1.0))
 }

@@ -1,5 +1,5 @@
 //! The least that a step of the paper can cost: its printed equations over packed, hot data, and nothing else — straight
-//! fibres, no contacts, no damping of overshoot, no state to save. `reef bench fibre` takes it as the ceiling that the
+//! fibres, no contacts, no steps in parts, no state to save. `reef bench fibre` takes it as the ceiling that the
 //! whole way through a scene is measured against; [`Scalar`] is the same one fibre at a time in plain f32.
 //!
 //! Per node, tip to root: F = A V + F_L + F_M (13), split against the segment (§4.2), F_M by (12). Root to tip: the joint

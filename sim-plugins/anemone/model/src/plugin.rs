@@ -100,8 +100,8 @@ impl Plugin for Anemones {
     const VENDOR: &'static str = "Reef";
     const DESCRIPTION: &'static str =
         "Sea anemones and seagrasses as fibres in a flow of singularities (Aliaga and Larboulette 2009).";
-    const STATE_VERSION: u32 = 1;
-    const STATE_MIN_VERSION: u32 = 1;
+    const STATE_VERSION: u32 = 2;
+    const STATE_MIN_VERSION: u32 = 2;
     type Config = Config;
 
     fn params() -> &'static [Param] {

@@ -7,8 +7,8 @@
 //! and the jump of the paper oscillates from a load of Σ F/(k L) ≈ 5 rad on. In this order a flow that does not change
 //! along the fibre settles in a few jumps at any load.
 //!
-//! What is left is a flow that changes over a fraction of a segment: a tip that a hole has caught overshoots it, and
-//! comes back, for ever. [`Damper`] sees that the tip turns back from step to step and shortens its steps.
+//! What is left is a flow that changes over a fraction of a segment: there a step goes in parts, as many as
+//! [`Fibre::reach`] asks for, or a tip that a hole or a whirlwind has caught would swing or circle for ever.
 
 use glam::{DVec2, DVec3};
 
@@ -17,44 +17,6 @@ use crate::{
     math,
     shape::{DragLaw, FibreShape},
 };
-
-/// Shortens the steps of a fibre whose tip goes to and fro.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Damper {
-    /// Factor on the share of the way that a step goes, [`Damper::SLOWEST`]..=1.
-    pub factor: f64,
-    /// How the tip moved in the last step [m].
-    pub last: DVec3,
-}
-
-impl Damper {
-    /// What one reversal does to the factor.
-    pub const SHORTEN: f64 = 0.5;
-    /// What each step without a reversal does to it.
-    pub const RECOVER: f64 = 1.1;
-    /// The least factor.
-    pub const SLOWEST: f64 = 1e-3;
-
-    /// Steps shorter than this share of a segment are rounding, not motion.
-    pub const NOISE: f64 = 2e-5;
-
-    /// Takes note of how the tip of a fibre with segments of `length` moved.
-    pub fn watch(&mut self, moved: DVec3, length: f64) {
-        let noise = Self::NOISE * length;
-        self.factor = if moved.dot(self.last) < 0.0 && moved.length_squared() > noise * noise {
-            (self.factor * Self::SHORTEN).max(Self::SLOWEST)
-        } else {
-            (self.factor * Self::RECOVER).min(1.0)
-        };
-        self.last = moved;
-    }
-}
-
-impl Default for Damper {
-    fn default() -> Self {
-        Self { factor: 1.0, last: DVec3::ZERO }
-    }
-}
 
 /// What acts on one node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,8 +44,6 @@ pub struct Fibre {
     pub nodes: Vec<DVec3>,
     /// d_i of each segment, from the bends.
     pub directions: Vec<DVec3>,
-    /// See [`Damper`].
-    pub damper: Damper,
 }
 
 impl Fibre {
@@ -97,7 +57,6 @@ impl Fibre {
             bends: vec![DVec2::ZERO; segments],
             nodes: vec![root; segments + 1],
             directions: vec![root_frame.z; segments],
-            damper: Damper::default(),
         };
         fibre.rebuild(0.0, &vec![NodeLoad::default(); segments + 1]);
         fibre
@@ -113,14 +72,31 @@ impl Fibre {
         loads_of(&self.shape, &self.root_frame, &self.nodes, &self.directions, law, velocity)
     }
 
-    /// One step: loads, then bends. `velocity` [m/s] at a point; `gain`: the share of the way to the target that each
-    /// bend goes ([`math::relaxation`]).
-    pub fn step(&mut self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3, gain: f64) {
-        let loads = self.loads(law, &|_, at| velocity(at));
-        let before = self.tip();
-        self.rebuild(gain * self.damper.factor, &loads);
-        let moved = self.tip() - before;
-        self.damper.watch(moved, self.shape.lengths[self.shape.segments() - 1]);
+    /// One step of `dt` with time constant `tau` [s]: loads, then bends, in as many parts as the flow asks for. `velocity`
+    /// [m/s] at a point.
+    pub fn step(&mut self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3, dt: f64, tau: f64) {
+        let force = |i: usize, at: DVec3| law.force(self.shape.drag[i], self.shape.radii[i], velocity(at));
+        let parts = (dt / tau / self.reach(&force)).ceil().clamp(1.0, MOST_PARTS);
+        for _ in 0..parts as usize {
+            let force =
+                |i: usize, at: DVec3| law.force(self.shape.drag[i], self.shape.radii[i], velocity(at));
+            let gain = math::relaxation(dt / parts, tau).min(self.reach(&force));
+            let loads = self.loads(law, &|_, at| velocity(at));
+            self.rebuild(gain, &loads);
+        }
+    }
+
+    /// The share of its way that a step may go from the present pose, 2/(1 + Γ)², with Γ the greatest row sum of
+    /// B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} |∇F(N_j)| |N_j − N_{l−1}|. `force` [N]: on the node above segment i, at a place.
+    pub fn reach(&self, force: &dyn Fn(usize, DVec3) -> DVec3) -> f64 {
+        let (mut row, mut gamma) = (0.0, 0.0_f64);
+        for i in (0..self.shape.segments()).rev() {
+            let node = self.nodes[i + 1];
+            let levers: f64 = self.nodes[..=i].iter().map(|below| node.distance(*below)).sum();
+            row += slope(&|at| force(i, at), node) * levers;
+            gamma = gamma.max(row / (self.shape.stiffness[i] * self.shape.lengths[i]));
+        }
+        2.0 / ((1.0 + gamma) * (1.0 + gamma))
     }
 
     /// Bends each joint toward its target and places the nodes, root to tip. Each segment keeps its length.
@@ -147,6 +123,16 @@ impl Fibre {
         }
         local.truncate() * (math::atan2(equilibrium_tangent(p, local.z), 1.0) / p)
     }
+}
+
+/// Parts of a step at most.
+const MOST_PARTS: f64 = 1000.0;
+
+/// |∇F| at a point [N/m], by differences over a tenth of a millimetre: the root of the sum of all squares.
+fn slope(force: &dyn Fn(DVec3) -> DVec3, at: DVec3) -> f64 {
+    const E: f64 = 1e-4;
+    let along = |axis: DVec3| (force(at + axis * E) - force(at - axis * E)).length_squared();
+    (along(DVec3::X) + along(DVec3::Y) + along(DVec3::Z)).sqrt() / (2.0 * E)
 }
 
 /// [`Fibre::loads`] for a pose that is given by its nodes and directions. `velocity` gives the flow at node i and its

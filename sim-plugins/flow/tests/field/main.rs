@@ -5,4 +5,5 @@ mod cull;
 mod directional;
 mod levels;
 mod singularities;
+mod steepness;
 mod waves;

@@ -7,11 +7,14 @@ use reef_sdk::{Heightfield, abi::Obstacle};
 use super::{Batch, Standing};
 use crate::{
     frame::Frame,
-    wide::{Capsule, Plane},
+    sow::Seedling,
+    wide::{Capsule, Contacts, Ground, LANES},
 };
 
 /// How far a foot's root lies below the ground, in radii of its base: no gap shows under the flare.
 pub(super) const BURIED: f64 = 0.08;
+/// What is so near to the ground at rest [m] counts as standing in it: more than rounding moves a node.
+const SLACK: f64 = 1e-6;
 /// How much of the ground's slope a plant's stand leans with.
 const SLOPE_SHARE: f64 = 0.6;
 
@@ -67,13 +70,38 @@ fn on_rock(rocks: &[Obstacle], x: f64, z: f64, bed: f64) -> Option<(f64, DVec3)>
     best
 }
 
+/// One cell of a lattice over the world: who stands in the same one is evaluated relative to the same point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Cell {
+    at: [i64; 3],
+    grounded: bool,
+}
+
+impl Cell {
+    /// [m]: in f32, what lies so near is placed to a quarter of a micrometre.
+    const SIZE: f64 = 4.0;
+
+    pub(super) fn of(seedling: &Seedling) -> Self {
+        let at = seedling.position.to_array().map(|x| (x / Self::SIZE).round() as i64);
+        Self { at, grounded: seedling.grounded }
+    }
+
+    /// What its fibres are relative to [m, world].
+    fn anchor(self, ground: Option<&Heightfield<'_>>) -> DVec3 {
+        let mut anchor = DVec3::from(self.at.map(|x| x as f64 * Self::SIZE));
+        if let (true, Some(ground)) = (self.grounded, ground) {
+            anchor.y += f64::from(ground.height(anchor.x, anchor.z));
+        }
+        anchor
+    }
+}
+
 impl Batch {
     /// Once, when all plants stand: what everything in here is relative to, and what lies around.
     pub(super) fn settle(&mut self, plants: &[Standing], ground: Option<&Heightfield<'_>>) {
         let of = |fibre: usize| self.plants.get(fibre).and_then(|plant| plants.get(*plant as usize));
         let Some(first) = of(0) else { return };
-        // The first plant's own origin: where there is but one plant, its offsets are exactly zero.
-        self.anchor = first.origin;
+        self.anchor = self.cell.map_or(first.origin, |cell| cell.anchor(ground));
         let mut center = DVec3::ZERO;
         for fibre in 0..self.plants.len() {
             center += of(fibre).map_or(DVec3::ZERO, |plant| plant.origin - self.anchor);
@@ -92,17 +120,48 @@ impl Batch {
         for (fibre, offset) in offsets.iter().enumerate() {
             self.chunk.set_offset(fibre, *offset);
         }
-        // The ground as one plane: right for one plant, and for plants that stand apart too coarse to be used.
-        let one_plant = self.plants.iter().all(|plant| *plant == self.plants[0]);
-        self.contacts.ground = ground.filter(|_| one_plant && first.grounded).map(|ground| {
-            let (x, z) = (first.origin.x, first.origin.z);
-            let normal = normal_of(ground, x, z);
-            let bed = DVec3::new(x, f64::from(ground.height(x, z)), z) - self.anchor;
-            Plane { normal: normal.as_vec3().to_array(), height: normal.dot(bed) as f32 }
-        });
         let stands: Vec<Frame> =
             (0..self.plants.len()).map(|fibre| of(fibre).map_or(first.stand, |plant| plant.stand)).collect();
         self.chunk.carry_each(|fibre| (DVec3::ZERO, stands.get(fibre).copied().unwrap_or(first.stand)));
+        if let Some(ground) = ground.filter(|_| first.grounded) {
+            self.lay_ground(plants, ground);
+        }
+    }
+
+    /// The ground as one plane for each plant, and what of each stands in it at rest.
+    fn lay_ground(&mut self, plants: &[Standing], ground: &Heightfield<'_>) {
+        let count = self.plants.len();
+        let groups = count.div_ceil(LANES);
+        self.contacts.ground = vec![Ground::default(); groups];
+        let segments = self.chunk.segments();
+        self.contacts.rooted = match self.cell {
+            None => Vec::new(),
+            Some(_) => vec![[0.0; LANES]; segments * groups],
+        };
+        for slot in 0..groups * LANES {
+            // Lanes without a fibre repeat the first one.
+            let fibre = if slot < count { slot } else { 0 };
+            let Some(plant) = plants.get(self.plants[fibre] as usize) else { continue };
+            let (group, at) = (slot / LANES, slot % LANES);
+            let (x, z) = (plant.origin.x, plant.origin.z);
+            let normal = normal_of(ground, x, z);
+            let bed = DVec3::new(x, f64::from(ground.height(x, z)), z);
+            let into = &mut self.contacts.ground[group];
+            for (axis, value) in into.normal.iter_mut().zip(normal.to_array()) {
+                axis[at] = value as f32;
+            }
+            into.height[at] = normal.dot(bed - self.anchor) as f32;
+            if self.cell.is_none() {
+                continue;
+            }
+            let root = plant.origin + self.chunk.node(fibre, 0).as_dvec3();
+            let rest = self.chunk.shape(fibre).rest_nodes(root, &self.chunk.root_frame(fibre));
+            for (s, node) in rest.iter().skip(1).enumerate() {
+                if normal.dot(*node - bed) < f64::from(self.chunk.radius(fibre, s + 1)) + SLACK {
+                    self.contacts.rooted[s * groups + group][at] = Contacts::ROOTED;
+                }
+            }
+        }
     }
 
     /// Collects the rocks near by.

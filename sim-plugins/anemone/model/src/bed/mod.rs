@@ -116,8 +116,8 @@ pub(crate) struct Batch {
     pub(crate) plants: Vec<u32>,
     /// The guides of each fibre (followers only).
     blends: Vec<Blend>,
-    /// All fibres ride on one foot.
-    riding: bool,
+    /// Where fibres that stand by themselves stand; None: all ride on one foot.
+    cell: Option<ground::Cell>,
     /// What offsets and flow are relative to [m, world].
     pub(crate) anchor: DVec3,
     bounds: Sphere,
@@ -432,8 +432,7 @@ fn ride(plants: &mut [Standing], footed: &[u32], feet: &[Batch]) {
 impl Batch {
     /// Puts the roots on the foot.
     fn carry(&mut self, plants: &[Standing]) {
-        if let (true, Some(plant)) = (self.riding, self.plants.first().and_then(|p| plants.get(*p as usize)))
-        {
+        if let (None, Some(plant)) = (self.cell, self.plants.first().and_then(|p| plants.get(*p as usize))) {
             self.chunk.carry(plant.top.0, &plant.top.1);
         }
     }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi;
 
-use super::{Batch, Bed, Listed, Spot, Standing, Wave, share};
+use super::{Batch, Bed, Listed, Spot, Standing, Wave, ground::Cell, share};
 use crate::{
     frame::Frame,
     plant::{self, Strand},
@@ -120,8 +120,18 @@ struct Kin {
     segments: usize,
     drag: Drag,
     weight: f64,
-    /// The one plant that all ride on; None: they stand by themselves.
-    plant: Option<u32>,
+    /// Some rest direction leaves the line of the segment below: then the kernel turns every rest frame.
+    curved: bool,
+    seat: Seat,
+}
+
+/// What the fibres of one batch sit on. It alone decides what they are relative to, so no fibre's bytes depend on the others.
+#[derive(Clone, Copy, PartialEq)]
+enum Seat {
+    /// All ride on this plant.
+    Plant(u32),
+    /// They stand by themselves, in one cell of the world's lattice.
+    Cell(Cell),
 }
 
 /// Collects fibres into batches.
@@ -152,11 +162,13 @@ impl Packer {
         riding: bool,
         blend: Option<Blend>,
     ) -> Spot {
+        let curved = strand.shape.rest.iter().any(|bend| bend.length_squared() > 0.0);
         let kin = Kin {
             segments: strand.shape.segments(),
             drag: if self.wave == Wave::Feet { Drag::Area { coefficient: 0.5 } } else { seedling.drag },
             weight: if self.wave == Wave::Feet { 0.0 } else { seedling.weight },
-            plant: riding.then_some(plant),
+            curved,
+            seat: if riding { Seat::Plant(plant) } else { Seat::Cell(Cell::of(seedling)) },
         };
         let lane = Lane {
             shape: strand.shape.clone(),
@@ -190,7 +202,10 @@ impl Packer {
                 chunk,
                 plants: open.plants,
                 blends: open.blends,
-                riding: open.kin.plant.is_some(),
+                cell: match open.kin.seat {
+                    Seat::Plant(_) => None,
+                    Seat::Cell(cell) => Some(cell),
+                },
                 anchor: DVec3::ZERO,
                 bounds: Sphere { center: [0.0; 3], radius: 0.0 },
                 packed: Packed::new(),

@@ -7,7 +7,6 @@ use glam::{DVec2, DVec3, Vec3};
 use super::{LANES, Sixteen};
 use crate::{
     frame::{Frame, bend_direction},
-    reference::Damper,
     shape::FibreShape,
 };
 
@@ -56,12 +55,15 @@ pub(crate) struct Group {
     pub(crate) frame: [[Sixteen; 3]; 3],
     /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
     pub(crate) offset: [Sixteen; 3],
+    /// The middle between root and tip [m], relative to the plant's origin, half the fibre's length, and its greatest radius: the
+    /// ball that holds it.
+    pub(crate) middle: [Sixteen; 3],
+    pub(crate) half_length: Sixteen,
+    pub(crate) thickest: Sixteen,
+    /// Γ over A |∇V| where that is the same everywhere (`pace.rs`): the greatest Σ_{j ≥ i} a_j D_j / (k_i L_i), with a the drag numbers.
+    pub(crate) lever: Sixteen,
     /// 1 − exp(−dt/τ) of the step under way.
     pub(crate) gain: Sixteen,
-    /// See [`Damper`]: the factor, the tip's last move, and the square of the noise [m²].
-    pub(crate) damping: Sixteen,
-    pub(crate) moved: [Sixteen; 3],
-    pub(crate) noise2: Sixteen,
     /// Square of the force [N²] at the root that breaks the fibre off.
     pub(crate) break2: Sixteen,
     /// 1: broken off.
@@ -252,8 +254,8 @@ impl Chunk {
         for (axis, value) in root.offset.iter_mut().zip(lane.offset.to_array()) {
             axis[at] = value;
         }
-        let noise = Damper::NOISE * shape.lengths[self.segments - 1];
-        root.noise2[at] = (noise * noise) as f32;
+        root.half_length[at] = (0.5 * shape.length()) as f32;
+        root.thickest[at] = shape.radii.iter().copied().fold(shape.root_radius, f64::max) as f32;
         root.break2[at] = (lane.break_force * lane.break_force).min(f64::from(f32::MAX)) as f32;
     }
 
@@ -287,6 +289,24 @@ impl Chunk {
                 constants.spring[at] = spring.clamp(1e-30, 1e30) as f32;
             }
         }
+        for slot in 0..self.groups * LANES {
+            let (group, at) = (slot / LANES, slot % LANES);
+            self.roots[group].lever[at] = self.lever(group, at);
+        }
+    }
+
+    /// See [`Group::lever`].
+    fn lever(&self, group: usize, at: usize) -> f32 {
+        let row = |s: usize| &self.constants[self.constants_of(s, group)];
+        let length = |s: usize| f64::from(row(s).length[at]);
+        let mut levers: f64 = (0..self.segments).map(|s| (s + 1) as f64 * length(s)).sum();
+        let (mut sum, mut most) = (0.0, 0.0_f64);
+        for s in (0..self.segments).rev() {
+            sum += f64::from(row(s).drag[at]) * levers;
+            most = most.max(sum / f64::from(row(s).spring[at]));
+            levers -= (s + 1) as f64 * length(s);
+        }
+        most.min(1e15) as f32
     }
 
     /// Works out how far each fibre goes toward its target in a step of `dt` [s]; `damping` multiplies every τ.
@@ -299,6 +319,13 @@ impl Chunk {
             let tau = self.relaxations[if slot < self.count { slot } else { 0 }];
             self.roots[slot / LANES].gain[slot % LANES] = crate::math::relaxation(dt, tau * damping) as f32;
         }
+    }
+
+    /// dt/τ of a fibre in the step under way.
+    pub(crate) fn rate(&self, group: usize, at: usize) -> f64 {
+        let slot = group * LANES + at;
+        let (dt, damping) = self.gained;
+        dt / (self.relaxations[if slot < self.count { slot } else { 0 }] * damping)
     }
 
     /// Gives every node a force that is always there [N]: weight.
@@ -457,7 +484,7 @@ impl Chunk {
 
     /// Numbers of state a chunk has: see [`Self::save`].
     pub fn state_len(&self) -> usize {
-        (self.segments * 2 + 5) * self.count.next_multiple_of(SAVED)
+        (self.segments * 2 + 1) * self.count.next_multiple_of(SAVED)
     }
 
     /// Appends every number that a later step depends on.
@@ -471,10 +498,7 @@ impl Chunk {
         }
         for part in 0..parts {
             let (group, lanes) = saved_part(part);
-            let root = &self.roots[group];
-            into.extend_from_slice(&root.damping[lanes.clone()]);
-            root.moved.iter().for_each(|axis| into.extend_from_slice(&axis[lanes.clone()]));
-            into.extend_from_slice(&root.broken[lanes]);
+            into.extend_from_slice(&self.roots[group].broken[lanes]);
         }
     }
 
@@ -499,10 +523,7 @@ impl Chunk {
         }
         for part in 0..count {
             let (group, lanes) = saved_part(part);
-            let root = &mut self.roots[group];
-            take(&mut root.damping[lanes.clone()]);
-            root.moved.iter_mut().for_each(|axis| take(&mut axis[lanes.clone()]));
-            take(&mut root.broken[lanes]);
+            take(&mut self.roots[group].broken[lanes]);
         }
         true
     }
@@ -527,9 +548,10 @@ impl Group {
             frame: [[[0.0; LANES]; 3]; 3],
             offset: [[0.0; LANES]; 3],
             gain: [0.0; LANES],
-            damping: [1.0; LANES],
-            moved: [[0.0; LANES]; 3],
-            noise2: [0.0; LANES],
+            middle: [[0.0; LANES]; 3],
+            half_length: [0.0; LANES],
+            thickest: [0.0; LANES],
+            lever: [0.0; LANES],
             break2: [f32::MAX; LANES],
             broken: [0.0; LANES],
             normal: [[1.0; LANES], [0.0; LANES], [0.0; LANES]],

@@ -1,4 +1,7 @@
-//! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`).
+//! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`); several times where the load changes fast
+//! (`pace.rs`).
+
+use core::ops::Range;
 
 use fearless_simd::{Select, Simd, f32x16, prelude::*};
 use reef_flow::{
@@ -11,7 +14,9 @@ use super::{
     Sixteen,
     chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
-    emit, pose,
+    emit,
+    pace::{self, Plan},
+    pose,
 };
 use crate::shape::{CRITICAL_REYNOLDS, DRAG_COEFFICIENTS};
 
@@ -112,7 +117,9 @@ pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> V
     [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
 }
 
-/// See [`super::step`] and [`super::step_into`]: with nothing in `into`, nothing is written.
+/// See [`super::step_into`]: with nothing in `into`, nothing is written.
+///
+/// One loop for steps at once and steps in parts, so that each of its pieces is compiled once.
 #[inline(always)]
 pub(crate) fn step<S: Simd>(
     simd: S,
@@ -122,17 +129,52 @@ pub(crate) fn step<S: Simd>(
     constants: &StepConstants,
     into: &mut [[f32; 4]],
 ) {
-    loads(simd, chunk, packed, contacts, constants, into);
+    let law = Law::of(chunk, constants);
+    let mut around = Around { packed, contacts, law, constants, touching: !contacts.is_empty() };
+    let mut plan = Plan::new(chunk);
+    let mut outlook = pace::Outlook::clear();
     if !constants.rigid {
-        pose::bend(simd, chunk, into);
-    } else if !into.is_empty() {
-        emit::emit(simd, chunk, into);
+        outlook = pace::outlook(simd, chunk, &around);
+        around.touching = outlook.touching;
     }
+    let mut which = 0..chunk.groups.min(GROUPS);
+    let mut part = 0;
+    loop {
+        if outlook.steep {
+            let allowed = pace::shares(simd, chunk, which.clone(), &around);
+            if part == 0 {
+                plan.divide(chunk, &outlook.doubtful, &allowed);
+            }
+            plan.go(which.clone(), part, &allowed);
+        }
+        let at_once = plan.most() == 1;
+        let writes = at_once && !constants.rigid;
+        loads(simd, chunk, which.clone(), &around, if writes { into } else { &[] });
+        if !constants.rigid {
+            pose::bend(simd, chunk, which.clone(), &plan.gains, if writes { into } else { &mut [] });
+        }
+        match plan.next(part, which.end) {
+            Some((next, group)) => (part, which) = (next, group..group + 1),
+            None if !writes && !into.is_empty() => return emit::emit(simd, chunk, into),
+            None => return,
+        }
+    }
+}
+
+/// What acts on one chunk in a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Around<'a> {
+    pub(crate) packed: &'a Packed,
+    pub(crate) contacts: &'a Contacts,
+    pub(crate) law: Law,
+    pub(crate) constants: &'a StepConstants,
+    /// Some fibre may touch something.
+    pub(crate) touching: bool,
 }
 
 /// The drag of one chunk as the kernel needs it.
 #[derive(Clone, Copy)]
-enum Law {
+pub(crate) enum Law {
     Linear(f32),
     Quadratic { density: f32, reynolds: f32 },
 }
@@ -152,25 +194,17 @@ impl Law {
     }
 }
 
-/// F(N_i), eq. (13), of every node, tip to root. `next`: what will be written after it.
+/// F(N_i), eq. (13), of every node of some groups, tip to root. `next`: what will be written after it.
 ///
 /// Segment by segment, in two loops over the groups: a processor looks ahead as far as one group's whole chain is long, and so
 /// that several are under way, chains are cut in two.
 #[inline(always)]
-fn loads<S: Simd>(
-    simd: S,
-    chunk: &mut Chunk,
-    packed: &Packed,
-    contacts: &Contacts,
-    constants: &StepConstants,
-    next: &[[f32; 4]],
-) {
-    let law = Law::of(chunk, constants);
+fn loads<S: Simd>(simd: S, chunk: &mut Chunk, which: Range<usize>, around: &Around<'_>, next: &[[f32; 4]]) {
+    let Around { packed, contacts, law, constants, touching } = *around;
     let still = packed.is_still();
-    let touching = !contacts.is_empty();
     let loaded = chunk.load != [0.0; 3];
     let load_force = splat3(simd, chunk.load);
-    let (groups, kinds) = (chunk.groups.min(GROUPS), chunk.kinds);
+    let (groups, kinds) = (chunk.groups, chunk.kinds);
     prefetch(&chunk.roots);
     // F_L(N_{i+1}) + F_M(N_i) of each group.
     let mut handed = [[splat(simd, 0.0); 3]; GROUPS];
@@ -187,7 +221,7 @@ fn loads<S: Simd>(
         prefetch(below.get(groups..2 * groups).unwrap_or_default());
         prefetch(next.next().unwrap_or_default());
         let row = &chunk.constants[s * kinds..(s + 1) * kinds];
-        for g in 0..groups {
+        for g in which.clone() {
             let (segment, root, node) = (&row[g.min(kinds - 1)], &chunk.roots[g], nodes[g]);
             let mut force = handed[g];
             if !still {
@@ -197,11 +231,11 @@ fn loads<S: Simd>(
                 force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
             }
             if touching {
-                force = contact_force(simd, node, segment, root, contacts, constants.contact, force);
+                force = contact_force(simd, node, segment, root, contacts, (s, g), constants.contact, force);
             }
             forces[g] = force;
         }
-        for g in 0..groups {
+        for g in which.clone() {
             let (pose, segment) = (&mut own[g], &row[g.min(kinds - 1)]);
             let below = match below.get(g) {
                 Some(pose) => load3(simd, &pose.direction),
@@ -216,7 +250,8 @@ fn loads<S: Simd>(
         }
     }
     if chunk.breakable {
-        for (root, handed) in chunk.roots.iter_mut().zip(handed) {
+        for g in which {
+            let (root, handed) = (&mut chunk.roots[g], handed[g]);
             let over = dot(handed, handed).simd_gt(load(simd, &root.break2));
             let broken = over.select(splat(simd, 1.0), load(simd, &root.broken));
             store(&mut root.broken, broken);
@@ -250,13 +285,7 @@ fn flow_force<S: Simd>(
         Law::Linear(factor) => add_scaled(force, v, drag * splat(simd, factor)),
         Law::Quadratic { density, reynolds } => {
             let speed = dot(v, v).sqrt();
-            let re = speed * load(simd, &segment.radius) * splat(simd, reynolds);
-            let fast = re.simd_ge(splat(simd, CRITICAL_REYNOLDS as f32));
-            let [slow_cd, fast_cd] = DRAG_COEFFICIENTS;
-            let factor = fast.select(splat(simd, fast_cd as f32), splat(simd, slow_cd as f32))
-                * drag
-                * splat(simd, density)
-                * speed;
+            let factor = quadratic(simd, segment, speed, density, reynolds);
             let (least, most) = (splat(simd, -GREATEST_FORCE), splat(simd, GREATEST_FORCE));
             [
                 force[0] + clamp(v[0] * factor, least, most),
@@ -267,6 +296,22 @@ fn flow_force<S: Simd>(
     }
 }
 
+/// ρ L r C_D |V|: times V it is the force of eq. (6).
+#[inline(always)]
+pub(crate) fn quadratic<S: Simd>(
+    simd: S,
+    segment: &Segment,
+    speed: f32x16<S>,
+    density: f32,
+    reynolds: f32,
+) -> f32x16<S> {
+    let re = speed * load(simd, &segment.radius) * splat(simd, reynolds);
+    let fast = re.simd_ge(splat(simd, CRITICAL_REYNOLDS as f32));
+    let [slow_cd, fast_cd] = DRAG_COEFFICIENTS;
+    let coefficient = fast.select(splat(simd, fast_cd as f32), splat(simd, slow_cd as f32));
+    coefficient * load(simd, &segment.drag) * splat(simd, density) * speed
+}
+
 /// `force` and what contacts exert on sixteen nodes.
 #[inline(always)]
 fn contact_force<S: Simd>(
@@ -275,12 +320,13 @@ fn contact_force<S: Simd>(
     segment: &Segment,
     root: &Group,
     contacts: &Contacts,
+    at: (usize, usize),
     contact: f32,
     force: Vector<S>,
 ) -> Vector<S> {
     let offset = load3(simd, &root.offset);
     let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
-    let push = overlap(simd, contacts, place, load(simd, &segment.radius));
+    let push = overlap(simd, contacts, at, place, load(simd, &segment.radius));
     let stiffness = splat(simd, contact) * load(simd, &segment.spring) / load(simd, &segment.length);
     add_scaled(force, push, stiffness)
 }

@@ -9,10 +9,11 @@ mod chunk;
 mod contact;
 mod emit;
 mod kernel;
+mod pace;
 mod pose;
 
 pub use chunk::{Blend, Chunk, Drag, Lane, MOST_FIBRES, Place};
-pub use contact::{Capsule, Contacts, Plane};
+pub use contact::{Capsule, Contacts, Ground};
 pub use kernel::{Force, StepConstants};
 
 use reef_flow::{Level, Packed};
@@ -32,7 +33,7 @@ pub fn step(
     contacts: &Contacts,
     constants: &StepConstants,
 ) {
-    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, &mut []));
+    step_into(level, chunk, packed, contacts, constants, &mut []);
 }
 
 /// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out.

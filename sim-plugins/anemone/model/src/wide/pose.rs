@@ -1,6 +1,8 @@
 //! Bends and the poses that follow from them, root to tip.
 
-use fearless_simd::{Select, Simd, f32x16, prelude::*};
+use core::ops::Range;
+
+use fearless_simd::{Simd, f32x16, prelude::*};
 use reef_flow::simd::{mul_add, splat16 as splat};
 
 use super::{
@@ -9,7 +11,6 @@ use super::{
     emit::{self, Tray},
     kernel::{Vector, add_scaled, dot, load, load3, store, store3, sub_scaled},
 };
-use crate::reference::Damper;
 
 /// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8 off.
 const SINC: [f32; 5] = [-1.666_666_7e-1, 8.333_333e-3, -1.984_108_7e-4, 2.753_646e-6, -2.408_009_4e-8];
@@ -46,6 +47,17 @@ fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f32; N], y: f32x
         sum = mul_add(sum, y, splat(simd, coefficients[at]));
     }
     sum
+}
+
+impl Group {
+    /// Takes note of where the fibres end.
+    #[inline(always)]
+    fn end_at<S: Simd>(&mut self, simd: S, tip: Vector<S>) {
+        let (root, half) = (load3(simd, &self.root), splat(simd, 0.5));
+        store3(&mut self.tip, tip);
+        let middle = [(root[0] + tip[0]) * half, (root[1] + tip[1]) * half, (root[2] + tip[2]) * half];
+        store3(&mut self.middle, middle);
+    }
 }
 
 /// The frames of sixteen fibres at one segment, and the node at its end.
@@ -136,14 +148,20 @@ impl<S: Simd> Turn<S> {
     }
 }
 
-/// Bends every joint toward the angle at which its spring holds the force that `loads` left, and places the nodes. Writes them to
+/// Bends every joint of some groups by their `gains` toward the angle at which its spring holds the force that `loads` left, and places the nodes. Writes them to
 /// `into`, unless that is empty.
 ///
 /// Segment by segment, each in short loops over the groups: what one group computes is a long chain of roots and quotients, and
 /// only side by side do the groups fill the time that each link takes.
 #[inline(always)]
-pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
-    let (groups, kinds) = (chunk.groups.min(GROUPS), chunk.kinds);
+pub(crate) fn bend<S: Simd>(
+    simd: S,
+    chunk: &mut Chunk,
+    which: Range<usize>,
+    gains: &[Sixteen; GROUPS],
+    into: &mut [[f32; 4]],
+) {
+    let (groups, kinds) = (chunk.groups, chunk.kinds);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
     let mut walkers = [Walker::start(simd, first); GROUPS];
     for (walker, root) in walkers.iter_mut().zip(&chunk.roots) {
@@ -161,7 +179,7 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
         let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
         let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
         let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
-        for g in 0..groups {
+        for g in which.clone() {
             let kind = g.min(kinds - 1);
             let (pose, segment, walker) = (&poses[g], &constants[kind], &mut walkers[g]);
             if let Some(rest) = rests.and_then(|rests| rests.get(kind)) {
@@ -174,25 +192,25 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
             joints[g] = Joint::new(simd, local, load(simd, &segment.spring), old);
         }
         for at in 0..NEWTON_STEPS {
-            for joint in &mut joints[..groups] {
+            for joint in &mut joints[which.clone()] {
                 joint.approach(simd);
             }
             // While the joints wait for quotients, nodes of the segment below go out.
-            for g in (at * GAP..(at + 1) * GAP).take_while(|g| writes && *g < groups) {
+            for g in (at * GAP..(at + 1) * GAP).take_while(|g| writes && *g < which.end) {
                 trays[g].empty(g, s, into, nodes);
             }
         }
-        for g in 0..groups {
-            let (pose, root) = (&mut poses[g], &chunk.roots[g]);
+        for g in which.clone() {
+            let pose = &mut poses[g];
             let target = joints[g].bend(simd);
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
-            let gain = load(simd, &root.gain) * load(simd, &root.damping);
+            let gain = load(simd, &gains[g]);
             let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);
             store(&mut pose.bend[1], bend[1]);
             turns[g] = Turn::of(simd, bend);
         }
-        for g in 0..groups {
+        for g in which.clone() {
             let (pose, segment) = (&mut poses[g], &constants[g.min(kinds - 1)]);
             let (root, walker) = (&mut chunk.roots[g], &mut walkers[g]);
             walker.advance(simd, &turns[g], load(simd, &segment.length));
@@ -203,14 +221,13 @@ pub(crate) fn bend<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
                 }
             }
             if s == last {
-                watch(simd, root, load3(simd, &root.tip), walker.node);
-                store3(&mut root.tip, walker.node);
+                root.end_at(simd, walker.node);
             }
             walker.leave(pose);
         }
     }
     if writes {
-        for (g, tray) in trays.iter().enumerate().take(groups) {
+        for (g, tray) in trays.iter().enumerate().take(which.end) {
             tray.empty(g, chunk.segments, into, nodes);
         }
     }
@@ -285,21 +302,6 @@ impl<S: Simd> Joint<S> {
     }
 }
 
-/// [`Damper::watch`] for sixteen fibres.
-#[inline(always)]
-fn watch<S: Simd>(simd: S, root: &mut Group, before: Vector<S>, after: Vector<S>) {
-    let moved = [after[0] - before[0], after[1] - before[1], after[2] - before[2]];
-    let zero = splat(simd, 0.0);
-    let back = dot(moved, load3(simd, &root.moved)).simd_lt(zero);
-    let noise = dot(moved, moved).simd_le(load(simd, &root.noise2));
-    let factor = load(simd, &root.damping);
-    let shorter = (factor * splat(simd, Damper::SHORTEN as f32)).max(splat(simd, Damper::SLOWEST as f32));
-    let longer = (factor * splat(simd, Damper::RECOVER as f32)).min(splat(simd, 1.0));
-    let factor = back.select(noise.select(longer, shorter), longer);
-    store(&mut root.damping, factor);
-    store3(&mut root.moved, moved);
-}
-
 /// See [`super::rebuild`].
 #[inline(always)]
 pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
@@ -318,7 +320,7 @@ pub(crate) fn rebuild<S: Simd>(simd: S, chunk: &mut Chunk) {
             walker.advance(simd, &Turn::of(simd, bend), load(simd, &segment.length));
             walker.leave(pose);
         }
-        store3(&mut chunk.roots[g].tip, walker.node);
+        chunk.roots[g].end_at(simd, walker.node);
     }
 }
 

@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec3};
 use reef_anemone_model::{
     frame::Frame,
-    math,
     reference::Fibre,
     shape::{DragLaw, FibreShape},
     wide::{self, Chunk, Contacts, Drag, Lane, Place, StepConstants},
@@ -102,7 +101,7 @@ pub fn run(
 pub fn run_reference(fibre: &mut Fibre, law: &DragLaw, flows: &[Flow], tau: f64, dt: f64, steps: usize) {
     let velocity = velocity(flows);
     for _ in 0..steps {
-        fibre.step(law, &velocity, math::relaxation(dt, tau));
+        fibre.step(law, &velocity, dt, tau);
     }
 }
 

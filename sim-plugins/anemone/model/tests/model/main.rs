@@ -1,8 +1,10 @@
 //! What must hold for the anemones, in one program: linking takes longer than most of it.
 
+mod alone;
 mod bed;
 mod common;
 mod fibre;
+mod pace;
 #[path = "../common/scene.rs"]
 mod scene;
 mod species_table;
