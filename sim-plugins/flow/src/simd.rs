@@ -300,18 +300,77 @@ pub fn clamp<S: Simd, V: Lanes<S>>(value: V, low: V, high: V) -> V {
 /// Asks for the memory of `values`, which will soon be read or written. Changes nothing but how long that takes.
 #[inline(always)]
 pub fn prefetch<T>(values: &[T]) {
+    for line in (0..size_of_val(values)).step_by(LINE) {
+        ask(values.as_ptr().cast::<u8>().wrapping_add(line));
+    }
+}
+
+/// A line of a processor's caches [bytes].
+const LINE: usize = 64;
+
+#[inline(always)]
+fn ask(place: *const u8) {
     #[cfg(target_arch = "x86_64")]
-    for line in (0..size_of_val(values)).step_by(64) {
+    {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let place = values.as_ptr().cast::<i8>().wrapping_add(line);
         #[allow(unsafe_code, reason = "the one instruction that no safe function gives")]
         // SAFETY: a prefetch neither reads nor faults, whatever the address; SSE is part of x86-64 itself.
         unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(place);
+            _mm_prefetch::<_MM_HINT_T0>(place.cast());
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = values;
+    let _ = place;
+}
+
+/// Pieces of memory that will be needed after what is worked on now, asked for a little at a time: by itself a processor looks no
+/// farther than the page that it is in, and all at once would be more requests than it keeps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ahead {
+    /// Address and lines of each piece.
+    pieces: [(usize, usize); 8],
+    count: usize,
+    /// The piece under way, and its next line.
+    at: (usize, usize),
+    lines: usize,
+    pace: usize,
+}
+
+impl Ahead {
+    /// Nothing to ask for.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Adds a piece; of more than eight the last are left out.
+    pub fn add<T>(&mut self, values: &[T]) {
+        let lines = size_of_val(values).div_ceil(LINE);
+        if let (Some(piece), true) = (self.pieces.get_mut(self.count), lines > 0) {
+            *piece = (values.as_ptr().addr(), lines);
+            self.count += 1;
+            self.lines += lines;
+        }
+    }
+
+    /// Spreads the pieces over so many calls of [`Self::ask`].
+    pub fn spread(&mut self, calls: usize) {
+        self.pace = self.lines.div_ceil(calls.max(1));
+    }
+
+    /// Asks for the next lines.
+    #[inline(always)]
+    pub fn ask(&mut self) {
+        let mut left = self.pace;
+        while left > 0 && self.at.0 < self.count {
+            let ((address, lines), line) = (self.pieces[self.at.0], self.at.1);
+            let now = left.min(lines - line);
+            for line in line..line + now {
+                ask(core::ptr::without_provenance(address + line * LINE));
+            }
+            left -= now;
+            self.at = if line + now == lines { (self.at.0 + 1, 0) } else { (self.at.0, line + now) };
+        }
+    }
 }
 
 /// How far ahead [`blocks`] asks for memory, in blocks.

@@ -11,7 +11,7 @@ mod pack;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed, Sphere};
+use reef_flow::{Field, Level, Packed, Sphere, simd::Ahead};
 use reef_sdk::{
     Chunks, Heightfield, Parts, Workers,
     abi::{self, Flow, Material, Obstacle},
@@ -144,6 +144,15 @@ pub(crate) struct Standing {
     fibres: core::ops::Range<usize>,
 }
 
+/// A wave's batches in jobs of a few.
+#[derive(Clone, Debug, Default)]
+struct JobBounds {
+    /// Batches in a job.
+    batches: usize,
+    /// Where each job's nodes begin, one more at the end; from the wave's first node.
+    nodes: Vec<usize>,
+}
+
 /// All plants of a scene.
 #[derive(Clone, Debug)]
 pub struct Bed {
@@ -161,8 +170,8 @@ pub struct Bed {
     footed: Vec<u32>,
     perceived: Vec<u32>,
     materials: Vec<Material>,
-    /// Where each batch's nodes begin, one more at the end; the three waves one after the other.
-    node_bounds: [Vec<usize>; 3],
+    /// How each wave is cut into jobs.
+    node_bounds: [JobBounds; 3],
     nodes: usize,
     /// Some fibre can break off.
     breakable: bool,
@@ -202,7 +211,7 @@ impl Bed {
     }
 
     fn wave_nodes(&self, wave: usize) -> usize {
-        self.node_bounds[wave].last().copied().unwrap_or(0)
+        self.node_bounds[wave].nodes.last().copied().unwrap_or(0)
     }
 
     /// Nodes of all fibres.
@@ -272,7 +281,7 @@ impl Bed {
         let Self { plants, footed, feet, fibres, followers, node_bounds, field, .. } = self;
         // Summed by those who have the numbers at hand; whole numbers, so the order is nobody's business.
         let (evaluated, saved) = (AtomicU64::new(0), AtomicU64::new(0));
-        let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]]| {
+        let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]], ahead: &mut Ahead| {
             batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
             let moving = (batch.chunk.nodes() - batch.chunk.count()) as u64;
             evaluated.fetch_add(moving * u64::from(batch.packed.evaluated()), Ordering::Relaxed);
@@ -285,51 +294,37 @@ impl Bed {
                 &batch.contacts,
                 &constants,
                 nodes,
+                ahead,
             );
         };
-        around.workers.for_each_part(
-            (Chunks::new(feet, 1), Parts::new(feet_nodes, &node_bounds[0])),
-            |_, (batch, nodes)| {
-                for batch in batch {
-                    if moving {
-                        advance(batch, nodes);
-                    } else {
-                        wide::emit(around.level, &mut batch.chunk, nodes);
-                    }
-                }
-            },
-        );
+        each_batch(around.workers, feet, feet_nodes, &node_bounds[0], |batch, nodes, ahead| {
+            if moving {
+                advance(batch, nodes, ahead);
+            } else {
+                wide::emit(around.level, &mut batch.chunk, nodes);
+            }
+        });
         if moving {
             ride(plants, footed, feet);
         }
         let plants = &*plants;
-        around.workers.for_each_part(
-            (Chunks::new(fibres, 1), Parts::new(fibre_nodes, &node_bounds[1])),
-            |_, (batch, nodes)| {
-                for batch in batch {
-                    if moving {
-                        batch.carry(plants);
-                        batch.touch(around.obstacles, settings.contact);
-                        advance(batch, nodes);
-                    } else {
-                        wide::emit(around.level, &mut batch.chunk, nodes);
-                    }
-                }
-            },
-        );
+        each_batch(around.workers, fibres, fibre_nodes, &node_bounds[1], |batch, nodes, ahead| {
+            if moving {
+                batch.carry(around.level, plants);
+                batch.touch(around.obstacles, settings.contact);
+                advance(batch, nodes, ahead);
+            } else {
+                wide::emit(around.level, &mut batch.chunk, nodes);
+            }
+        });
         let fibres = &*fibres;
-        around.workers.for_each_part(
-            (Chunks::new(followers, 1), Parts::new(follower_nodes, &node_bounds[2])),
-            |_, (batch, nodes)| {
-                for batch in batch {
-                    if moving {
-                        batch.carry(plants);
-                        batch.follow(around.level, fibres);
-                    }
-                    wide::emit(around.level, &mut batch.chunk, nodes);
-                }
-            },
-        );
+        each_batch(around.workers, followers, follower_nodes, &node_bounds[2], |batch, nodes, _| {
+            if moving {
+                batch.carry(around.level, plants);
+                batch.follow(around.level, fibres);
+            }
+            wide::emit(around.level, &mut batch.chunk, nodes);
+        });
         if moving {
             self.evaluations = (evaluated.into_inner(), saved.into_inner());
         }
@@ -360,12 +355,12 @@ impl Bed {
         ride(&mut self.plants, &self.footed, &self.feet);
         let plants = &self.plants;
         for batch in &mut self.fibres {
-            batch.carry(plants);
+            batch.carry(level, plants);
             wide::rebuild(level, &mut batch.chunk);
         }
         let fibres = &self.fibres;
         for batch in &mut self.followers {
-            batch.carry(plants);
+            batch.carry(level, plants);
             batch.follow(level, fibres);
         }
         self.stale = false;
@@ -407,6 +402,32 @@ impl Bed {
     }
 }
 
+/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then. Who takes which batches
+/// changes nothing.
+fn each_batch(
+    workers: Workers<'_>,
+    batches: &mut [Batch],
+    nodes: &mut [[f32; 4]],
+    bounds: &JobBounds,
+    work: impl Fn(&mut Batch, &mut [[f32; 4]], &mut Ahead) + Sync,
+) {
+    let jobs = (Chunks::new(batches, bounds.batches), Parts::new(nodes, &bounds.nodes));
+    workers.for_each_part(jobs, |_, (batches, mut nodes)| {
+        for at in 0..batches.len() {
+            let (batch, after) = batches[at..].split_at_mut(1);
+            let (batch, next) = (&mut batch[0], after.first());
+            let (own, rest) = core::mem::take(&mut nodes).split_at_mut(batch.chunk.nodes());
+            let mut ahead = Ahead::none();
+            if let Some(next) = next {
+                next.chunk.needs(&batch.chunk, &mut ahead);
+                ahead.add(&rest[..next.chunk.nodes().min(rest.len())]);
+            }
+            work(batch, own, &mut ahead);
+            nodes = rest;
+        }
+    });
+}
+
 /// Neighbours that are alike share what never changes in a step.
 fn share(batches: &mut [Batch]) {
     for at in 1..batches.len() {
@@ -431,9 +452,9 @@ fn ride(plants: &mut [Standing], footed: &[u32], feet: &[Batch]) {
 
 impl Batch {
     /// Puts the roots on the foot.
-    fn carry(&mut self, plants: &[Standing]) {
+    fn carry(&mut self, level: Level, plants: &[Standing]) {
         if let (None, Some(plant)) = (self.cell, self.plants.first().and_then(|p| plants.get(*p as usize))) {
-            self.chunk.carry(plant.top.0, &plant.top.1);
+            wide::carry(level, &mut self.chunk, plant.top.0, &plant.top.1);
         }
     }
 

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi;
 
-use super::{Batch, Bed, Listed, Spot, Standing, Wave, ground::Cell, share};
+use super::{Batch, Bed, JobBounds, Listed, Spot, Standing, Wave, ground::Cell, share};
 use crate::{
     frame::Frame,
     plant::{self, Strand},
@@ -59,23 +59,22 @@ impl Bed {
             share(batches);
             self.breakable |= batches.iter().any(|batch| batch.chunk.is_breakable());
         }
-        let mut nodes = 0;
-        for (bounds, batches) in self.node_bounds.iter_mut().zip([&self.feet, &self.fibres, &self.followers])
-        {
-            // Each wave's bounds count from that wave's first node.
-            bounds.push(0);
+        // Where each batch's nodes begin, from the wave's first.
+        let starts = [&self.feet, &self.fibres, &self.followers].map(|batches| {
+            let mut starts = vec![0];
             for batch in batches {
-                bounds.push(bounds[bounds.len() - 1] + batch.chunk.nodes());
+                starts.push(starts[starts.len() - 1] + batch.chunk.nodes());
             }
-            nodes += bounds[bounds.len() - 1];
-        }
-        self.nodes = nodes;
-        let starts = [0, self.wave_nodes(0), self.wave_nodes(0) + self.wave_nodes(1)];
+            starts
+        });
+        self.node_bounds = starts.each_ref().map(|starts| JobBounds::of(starts));
+        self.nodes = (0..3).map(|wave| self.wave_nodes(wave)).sum();
+        let waves = [0, self.wave_nodes(0), self.wave_nodes(0) + self.wave_nodes(1)];
         for fibre in &mut self.listed {
             let (spot, wave) = (fibre.spot, fibre.spot.wave as usize);
             let nodes = self.looks[fibre.look as usize].node_count as usize;
-            let batch = self.node_bounds[wave][spot.batch as usize];
-            fibre.first_node = (starts[wave] + batch + usize::from(spot.lane) * nodes) as u32;
+            let batch = starts[wave][spot.batch as usize];
+            fibre.first_node = (waves[wave] + batch + usize::from(spot.lane) * nodes) as u32;
         }
         for plant in &mut self.plants {
             plant.foot = plant.foot.and_then(|_| self.listed.get(plant.fibres.start)).map(|fibre| fibre.spot);
@@ -89,6 +88,17 @@ impl Bed {
             }
         }
         self.bounds = self.plants.iter().map(|p| (p.origin.to_array(), p.reach as f32)).collect();
+    }
+}
+
+impl JobBounds {
+    /// Few enough batches in a job that workers end together, and as many as that allows: a job asks for the memory of each but its
+    /// first batch early. `starts`: where each batch's nodes begin, one more at the end.
+    fn of(starts: &[usize]) -> Self {
+        let count = starts.len() - 1;
+        let batches = (count / 16).clamp(1, 16);
+        let nodes = starts.iter().step_by(batches).chain((count % batches != 0).then_some(&starts[count]));
+        Self { batches, nodes: nodes.copied().collect() }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
+use reef_flow::simd::Ahead;
 
 use super::{LANES, Sixteen};
 use crate::{
@@ -74,9 +75,9 @@ pub(crate) struct Group {
 
 /// Sixteen fibres' roots and their frames in the carrier's axes.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seat {
-    root: [Sixteen; 3],
-    frame: [[Sixteen; 3]; 3],
+pub(crate) struct Seat {
+    pub(crate) root: [Sixteen; 3],
+    pub(crate) frame: [[Sixteen; 3]; 3],
 }
 
 /// What a fibre's drag numbers mean.
@@ -147,7 +148,7 @@ pub struct Chunk {
     /// away, then go through memory forward, as processors expect. See [`Self::pose_of`].
     pub(crate) poses: Vec<Pose>,
     pub(crate) roots: Vec<Group>,
-    seats: Vec<Seat>,
+    pub(crate) seats: Vec<Seat>,
     places: Vec<Place>,
     relaxations: Vec<f64>,
     stiffness: Vec<(f64, f64)>,
@@ -259,6 +260,17 @@ impl Chunk {
         root.break2[at] = (lane.break_force * lane.break_force).min(f64::from(f32::MAX)) as f32;
     }
 
+    /// Adds what a step of this chunk needs, after one of `other`.
+    pub(crate) fn needs(&self, other: &Self, ahead: &mut Ahead) {
+        ahead.add(&self.seats);
+        ahead.add(&self.roots);
+        ahead.add(&self.poses);
+        if !Arc::ptr_eq(&self.constants, &other.constants) {
+            ahead.add(&self.constants);
+        }
+        ahead.add(&self.rests);
+    }
+
     /// Fibres in it.
     pub fn count(&self) -> usize {
         self.count
@@ -333,31 +345,7 @@ impl Chunk {
         self.load = load.to_array();
     }
 
-    /// Puts each root where its carrier is: `origin` [m] relative to the plant's origin.
-    pub fn carry(&mut self, origin: DVec3, carrier: &Frame) {
-        let carrier = [carrier.x, carrier.y, carrier.z].map(|axis| axis.as_vec3().to_array());
-        let origin = origin.as_vec3().to_array();
-        // Sums in this order on every machine: x, y, z, then the origin.
-        let turn = |local: &[Sixteen; 3], axis: usize, at: usize| {
-            carrier[0][axis] * local[0][at]
-                + carrier[1][axis] * local[1][at]
-                + carrier[2][axis] * local[2][at]
-        };
-        for (root, seat) in self.roots.iter_mut().zip(&self.seats) {
-            for (axis, origin) in origin.into_iter().enumerate() {
-                for at in 0..LANES {
-                    root.root[axis][at] = turn(&seat.root, axis, at) + origin;
-                }
-                for which in 0..3 {
-                    for at in 0..LANES {
-                        root.frame[which][axis][at] = turn(&seat.frame[which], axis, at);
-                    }
-                }
-            }
-        }
-    }
-
-    /// As [`Self::carry`], with a carrier for each fibre.
+    /// As [`super::carry`], with a carrier for each fibre.
     pub fn carry_each(&mut self, carrier: impl Fn(usize) -> (DVec3, Frame)) {
         for slot in 0..self.groups * LANES {
             let (group, at) = (slot / LANES, slot % LANES);

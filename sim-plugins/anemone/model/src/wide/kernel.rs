@@ -6,7 +6,7 @@ use core::ops::Range;
 use fearless_simd::{Select, Simd, f32x16, prelude::*};
 use reef_flow::{
     Packed,
-    simd::{clamp, mul_add, neg_mul_add, prefetch, splat16 as splat},
+    simd::{Ahead, clamp, mul_add, neg_mul_add, prefetch, splat16 as splat},
     velocity16,
 };
 
@@ -117,7 +117,7 @@ pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> V
     [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
 }
 
-/// See [`super::step_into`]: with nothing in `into`, nothing is written.
+/// See [`super::step_into`]: with nothing in `into`, nothing is written. `ahead`: what will be stepped next.
 ///
 /// One loop for steps at once and steps in parts, so that each of its pieces is compiled once.
 #[inline(always)]
@@ -128,7 +128,9 @@ pub(crate) fn step<S: Simd>(
     contacts: &Contacts,
     constants: &StepConstants,
     into: &mut [[f32; 4]],
+    ahead: &mut Ahead,
 ) {
+    ahead.spread(2 * chunk.segments);
     let law = Law::of(chunk, constants);
     let mut around = Around { packed, contacts, law, constants, touching: !contacts.is_empty() };
     let mut plan = Plan::new(chunk);
@@ -149,9 +151,10 @@ pub(crate) fn step<S: Simd>(
         }
         let at_once = plan.most() == 1;
         let writes = at_once && !constants.rigid;
-        loads(simd, chunk, which.clone(), &around, if writes { into } else { &[] });
+        loads(simd, chunk, which.clone(), &around, if writes { into } else { &[] }, ahead);
         if !constants.rigid {
-            pose::bend(simd, chunk, which.clone(), &plan.gains, if writes { into } else { &mut [] });
+            let into = if writes { &mut *into } else { &mut [] };
+            pose::bend(simd, chunk, which.clone(), &plan.gains, into, ahead);
         }
         match plan.next(part, which.end) {
             Some((next, group)) => (part, which) = (next, group..group + 1),
@@ -199,7 +202,14 @@ impl Law {
 /// Segment by segment, in two loops over the groups: a processor looks ahead as far as one group's whole chain is long, and so
 /// that several are under way, chains are cut in two.
 #[inline(always)]
-fn loads<S: Simd>(simd: S, chunk: &mut Chunk, which: Range<usize>, around: &Around<'_>, next: &[[f32; 4]]) {
+fn loads<S: Simd>(
+    simd: S,
+    chunk: &mut Chunk,
+    which: Range<usize>,
+    around: &Around<'_>,
+    next: &[[f32; 4]],
+    ahead: &mut Ahead,
+) {
     let Around { packed, contacts, law, constants, touching } = *around;
     let still = packed.is_still();
     let loaded = chunk.load != [0.0; 3];
@@ -215,6 +225,7 @@ fn loads<S: Simd>(simd: S, chunk: &mut Chunk, which: Range<usize>, around: &Arou
     }
     let mut next = next.chunks(next.len().div_ceil(chunk.segments).max(1));
     for s in (0..chunk.segments).rev() {
+        ahead.ask();
         // From the tip down the rows follow one another: this one, then the one below.
         let (above, below) = chunk.poses.split_at_mut((chunk.segments - s) * groups);
         let own = &mut above[(chunk.segments - 1 - s) * groups..];

@@ -16,7 +16,10 @@ pub use chunk::{Blend, Chunk, Drag, Lane, MOST_FIBRES, Place};
 pub use contact::{Capsule, Contacts, Ground};
 pub use kernel::{Force, StepConstants};
 
-use reef_flow::{Level, Packed};
+use glam::DVec3;
+use reef_flow::{Level, Packed, simd::Ahead};
+
+use crate::frame::Frame;
 
 /// Fibres in a vector.
 pub const LANES: usize = 16;
@@ -25,7 +28,7 @@ pub const LANES: usize = 16;
 pub type Sixteen = [f32; LANES];
 
 /// One step of all fibres of a chunk: eq. (13) down the chain, then the bends up again. `packed` is the flow relative to
-/// the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`Chunk::carry`]) first.
+/// the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`carry`]) first.
 pub fn step(
     level: Level,
     chunk: &mut Chunk,
@@ -33,10 +36,11 @@ pub fn step(
     contacts: &Contacts,
     constants: &StepConstants,
 ) {
-    step_into(level, chunk, packed, contacts, constants, &mut []);
+    step_into(level, chunk, packed, contacts, constants, &mut [], &mut Ahead::none());
 }
 
-/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out.
+/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`: what will
+/// be needed next.
 pub fn step_into(
     level: Level,
     chunk: &mut Chunk,
@@ -44,8 +48,16 @@ pub fn step_into(
     contacts: &Contacts,
     constants: &StepConstants,
     into: &mut [[f32; 4]],
+    ahead: &mut Ahead,
 ) {
-    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, into));
+    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, into, ahead));
+}
+
+/// Puts each root where its carrier is: `origin` [m] relative to the plant's origin.
+pub fn carry(level: Level, chunk: &mut Chunk, origin: DVec3, carrier: &Frame) {
+    let (origin, carrier) = (origin.as_vec3().to_array(), [carrier.x, carrier.y, carrier.z]);
+    let carrier = carrier.map(|axis| axis.as_vec3().to_array());
+    reef_flow::dispatch!(level, simd => pose::carry(simd, chunk, origin, carrier));
 }
 
 /// Places the nodes by the bends as they are: after a start, a loaded state, or a root that was moved.

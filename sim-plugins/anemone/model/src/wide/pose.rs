@@ -3,13 +3,13 @@
 use core::ops::Range;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
-use reef_flow::simd::{mul_add, splat16 as splat};
+use reef_flow::simd::{Ahead, mul_add, splat16 as splat};
 
 use super::{
     LANES, Sixteen,
     chunk::{Blend, Chunk, GROUPS, Group, Pose},
     emit::{self, Tray},
-    kernel::{Vector, add_scaled, dot, load, load3, store, store3, sub_scaled},
+    kernel::{Vector, add_scaled, dot, load, load3, splat3, store, store3, sub_scaled},
 };
 
 /// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8 off.
@@ -160,6 +160,7 @@ pub(crate) fn bend<S: Simd>(
     which: Range<usize>,
     gains: &[Sixteen; GROUPS],
     into: &mut [[f32; 4]],
+    ahead: &mut Ahead,
 ) {
     let (groups, kinds) = (chunk.groups, chunk.kinds);
     let (Some(first), last) = (chunk.roots.first(), chunk.segments - 1) else { return };
@@ -176,6 +177,7 @@ pub(crate) fn bend<S: Simd>(
         }
     }
     for s in 0..chunk.segments {
+        ahead.ask();
         let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
         let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
         let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
@@ -300,6 +302,27 @@ impl<S: Simd> Joint<S> {
         let scale = (angle + angle) / self.p.max(splat(simd, LEAST_FORCE));
         [self.across[0] * scale, self.across[1] * scale]
     }
+}
+
+/// See [`super::carry`]. Sums in this order on every machine: x, y, z, then the origin, without fused operations.
+#[inline(always)]
+pub(crate) fn carry<S: Simd>(simd: S, chunk: &mut Chunk, origin: [f32; 3], carrier: [[f32; 3]; 3]) {
+    let [x, y, z] = carrier.map(|axis| splat3(simd, axis));
+    let origin = splat3(simd, origin);
+    for (root, seat) in chunk.roots.iter_mut().zip(&chunk.seats) {
+        let place = turned(simd, &seat.root, x, y, z);
+        store3(&mut root.root, [place[0] + origin[0], place[1] + origin[1], place[2] + origin[2]]);
+        for (to, from) in root.frame.iter_mut().zip(&seat.frame) {
+            store3(to, turned(simd, from, x, y, z));
+        }
+    }
+}
+
+/// A vector in the carrier's axes, in the world's.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, local: &[Sixteen; 3], x: Vector<S>, y: Vector<S>, z: Vector<S>) -> Vector<S> {
+    let [a, b, c] = load3(simd, local);
+    [x[0] * a + y[0] * b + z[0] * c, x[1] * a + y[1] * b + z[1] * c, x[2] * a + y[2] * b + z[2] * c]
 }
 
 /// See [`super::rebuild`].

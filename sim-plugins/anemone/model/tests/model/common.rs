@@ -61,7 +61,7 @@ pub fn chunk_of(shape: &FibreShape, roots: &[(DVec3, Frame)], drag: Drag, tau: f
         .collect();
     let stiffness = vec![stiffness_of(shape); lanes.len()];
     let mut chunk = Chunk::new(&lanes, drag, &stiffness).expect("a chunk of equal fibres");
-    chunk.carry(DVec3::ZERO, &world());
+    wide::carry(Level::best(), &mut chunk, DVec3::ZERO, &world());
     wide::rebuild(Level::best(), &mut chunk);
     chunk
 }

@@ -9,7 +9,7 @@ use reef_anemone_model::{
     shape::{DragLaw, FibreShape},
     wide::{self, Contacts, Drag, Force, StepConstants},
 };
-use reef_flow::{Level, Packed};
+use reef_flow::{Level, Packed, simd::Ahead};
 use reef_sdk::abi;
 
 use crate::common::*;
@@ -396,7 +396,15 @@ fn nodes_that_are_written_on_the_way_are_those_of_the_finished_pose() {
                 for _ in 0..3 {
                     wide::step(level, &mut apart, &packed, &contacts, &constants);
                     wide::emit(level, &mut apart, &mut after);
-                    wide::step_into(level, &mut together, &packed, &contacts, &constants, &mut on_the_way);
+                    wide::step_into(
+                        level,
+                        &mut together,
+                        &packed,
+                        &contacts,
+                        &constants,
+                        &mut on_the_way,
+                        &mut Ahead::none(),
+                    );
                     assert_eq!(after, on_the_way, "{count} fibres, {}", level.name());
                     assert_eq!(apart.normal(0), together.normal(0));
                 }
