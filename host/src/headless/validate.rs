@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Size of golden pictures [px].
-const SIZE: (u32, u32) = (640, 360);
+const SIZE: (u32, u32) = (512, 288);
 /// Pictures that are made of a scene before the golden one, so that frames meet each other in flight.
 const LEAD: u32 = 3;
 

@@ -26,7 +26,7 @@ const VERTICES: u32 = 28 * 14 * 6;
 /// Sides of a ring.
 const SIDES: usize = 96;
 /// Least and greatest radius of a ball, as a share of its distance from the eye.
-const SIZES: [f32; 2] = [0.006, 0.03];
+const SIZES: [f32; 2] = [0.011, 0.03];
 /// Length of a whirlwind's axis to either side, and radius of the ring that shows its turn, in radii of its ball.
 const AXIS: f32 = 5.0;
 const TURN: f32 = 2.4;
