@@ -38,7 +38,7 @@ const WHIRLWIND: u32 = 0xff12_b8f0;
 const CARRIED: u32 = 0xfff6_f6f6;
 const SHELTER: u32 = 0xffb4_967a;
 /// Bounding spheres that no singularity reaches, and those that one does.
-const ASLEEP: u32 = 0xffb0_9a82;
+const ASLEEP: u32 = 0xffee_e6dc;
 const AWAKE: u32 = 0xff20_90f8;
 
 /// What is drawn of what has no body.

@@ -8,7 +8,11 @@ use super::{super::show::Show, changed};
 use crate::{
     failure::Failure,
     render::Settings,
-    world::{World, environment::Environment, scene::Scene},
+    world::{
+        World,
+        environment::Environment,
+        scene::{Scene, format::SceneFile},
+    },
 };
 
 /// Something that a scene shows.
@@ -75,10 +79,8 @@ pub fn subjects(scene: &Scene, world: &World, make: Make<'_>) -> Result<Vec<Subj
             }),
         );
     }
-    for (name, edit) in motion(scene) {
-        let mut scene = scene.clone();
-        edit(&mut scene);
-        add(name, Without::Anew(Box::new(Show::new(make(scene)?))));
+    for (name, other) in motion(scene) {
+        add(name, Without::Anew(Box::new(Show::new(make(other)?))));
     }
     Ok(found)
 }
@@ -100,28 +102,30 @@ fn ground(scene: &Scene, world: &World, add: &mut dyn FnMut(String, Without)) {
     }
 }
 
-/// What is seen by what it moves: waves, flows, obstacles.
-fn motion(scene: &Scene) -> Vec<(String, Box<dyn FnOnce(&mut Scene)>)> {
-    let mut edits: Vec<(String, Box<dyn FnOnce(&mut Scene)>)> = Vec::new();
+/// What is seen by what it moves — waves, flows, obstacles — and the scene without each.
+fn motion(scene: &Scene) -> Vec<(String, Scene)> {
     let file = &scene.file;
+    let mut scenes = Vec::new();
+    let mut add = |name: String, edit: &dyn Fn(&mut SceneFile)| {
+        let mut other = scene.clone();
+        edit(&mut other.file);
+        scenes.push((name, other));
+    };
     if file.waves.is_some() {
-        edits.push(("waves".into(), Box::new(|scene| scene.file.waves = None)));
+        add("waves".into(), &|file| file.waves = None);
     }
     if !file.wave.is_empty() {
-        edits.push(("wave".into(), Box::new(|scene| scene.file.wave.clear())));
+        add("wave".into(), &|file| file.wave.clear());
     }
     if !file.obstacle.is_empty() {
-        edits.push(("obstacle".into(), Box::new(|scene| scene.file.obstacle.clear())));
+        add("obstacle".into(), &|file| file.obstacle.clear());
     }
     for at in 0..file.flow.len() {
-        edits.push((
-            format!("flow[{at}]"),
-            Box::new(move |scene| {
-                scene.file.flow.remove(at);
-            }),
-        ));
+        add(format!("flow[{at}]"), &|file| {
+            file.flow.remove(at);
+        });
     }
-    edits
+    scenes
 }
 
 /// The objects of each kind of thing in a module's lists: those of one `kind` or `species`, else of each element.

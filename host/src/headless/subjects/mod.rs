@@ -1,5 +1,6 @@
 //! `reef validate --subjects`: takes each thing out of each scene in turn, and sees the pictures of the scene's moments
-//! change. A thing whose absence nobody would see in a golden picture is one that the golden picture does not hold.
+//! change: each of them for a module, at least one for any other thing. A thing whose absence nobody would see in a golden picture
+//! is one that the golden picture does not hold.
 
 mod list;
 
@@ -74,30 +75,39 @@ fn look(common: &Common, path: &Path, plugins: &Registry, studio: &mut Studio) -
     let world = make(scene.clone())?;
     let moments = moments(&stem(path), &world);
     let dt = world.clock().dt;
-    let mut open = list::subjects(&scene, &world, &make)?;
+    let subjects = list::subjects(&scene, &world, &make)?;
+    let (mut modules, mut others): (Vec<Subject>, Vec<Subject>) =
+        subjects.into_iter().partition(|subject| matches!(subject.without, Without::Module(_)));
     let mut show = Show::new(world);
     let settings = Settings { samples: 1, ..show.settings() };
-    let mut seen = Vec::new();
+    let mut found = Found { scene: stem(path), seen: Vec::new(), unseen: Vec::new() };
     for moment in moments {
         let time = moment.step as f64 * dt;
         show.go_to(time);
         let whole = studio.shoot(&show.shot(), &settings)?;
+        let mut is_seen = |subject: &mut Subject| -> Result<bool, Failure> {
+            let without = shoot_without(subject, &show, time, &settings, studio)?;
+            Ok(!compare(&whole, &without).passes(SAME_DRIVER))
+        };
+        // No picture is blind to a module.
+        for module in &mut modules {
+            let seen = is_seen(module)?;
+            let list = if seen { &mut found.seen } else { &mut found.unseen };
+            list.push(format!("{} at step {}", module.name, moment.step));
+        }
+        // Each other thing is in one picture at least.
         let mut left = Vec::new();
-        for mut subject in open {
-            let without = shoot_without(&mut subject, &show, time, &settings, studio)?;
-            if compare(&whole, &without).passes(SAME_DRIVER) {
-                left.push(subject);
+        for mut subject in others {
+            if is_seen(&mut subject)? {
+                found.seen.push(subject.name);
             } else {
-                seen.push(subject.name);
+                left.push(subject);
             }
         }
-        open = left;
-        if open.is_empty() {
-            break;
-        }
+        others = left;
     }
-    let unseen = open.into_iter().map(|subject| subject.name).collect();
-    Ok(Found { scene: stem(path), seen, unseen })
+    found.unseen.extend(others.into_iter().map(|subject| subject.name));
+    Ok(found)
 }
 
 /// The picture of a moment without a subject.
@@ -155,7 +165,7 @@ fn tell(common: &Common, all: &[Found]) {
         let count = found.seen.len() + found.unseen.len();
         say(format_args!("{mark} {:34} {} of {count} things are seen", found.scene, found.seen.len()));
         for name in &found.unseen {
-            say(format_args!("     {name} can be taken out, and no picture changes"));
+            say(format_args!("     {name} can be taken out, and nobody sees it"));
         }
     }
 }
