@@ -77,6 +77,12 @@ fn figure_10_a_greater_exponent_bends_nearer_to_the_tip_and_is_seen_to() {
         assert!(whole > 0.35, "a bend of {whole} rad is hard to see");
         last = mean;
     }
+    // With n = 20 only the last joints bend: a kink, and the model's own. The same equations, solved apart from it in the plane,
+    // give these angles [degrees].
+    let kink: Vec<f64> = bends(&fibres[3]).into_iter().rev().take(4).map(f64::to_degrees).collect();
+    for (bend, expected) in kink.iter().zip([13.77, 8.55, 3.54, 1.23]) {
+        assert!((bend - expected).abs() < 0.05, "{kink:?}");
+    }
 }
 
 #[test]
@@ -128,6 +134,17 @@ fn figure_15_the_tentacles_go_from_away_to_toward_once() {
     assert!(least < -0.01 && most > 0.01, "{least} to {most} m");
     // Ten steps apart: half a millimetre a step, also when the water sets in.
     assert!(toward.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.005), "{toward:?}");
+}
+
+#[test]
+fn figure_18_every_guide_has_fallen_when_its_picture_is_taken() {
+    let recorded = record("anemone-fig18-guides", 600, 120);
+    let highest = |step: u64| {
+        let tips = recorded[&step][..50].iter().map(|guide| tip(guide)[1] - guide[0][1]);
+        tips.fold(f64::MIN, f64::max)
+    };
+    assert!(highest(120) > 0.05, "at first one stands out: {}", highest(120));
+    assert!(highest(600) < 0.0, "in the end all hang: {}", highest(600));
 }
 
 #[test]

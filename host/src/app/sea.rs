@@ -12,6 +12,7 @@ use crate::{
     live::{Live, REMEMBER, Standing},
     open,
     plugin::{self, Health, Registry},
+    render::markers::Markers,
     world::{
         Blend, Options, Timeline, World,
         environment::{Environment, Terrain},
@@ -232,6 +233,7 @@ impl Sea {
         model.timing.dt_ms = (world.clock().dt * 1000.0) as f32;
         model.clock.speed = self.timeline.speed();
         model.view.debug = world.debug();
+        model.view.markers = Markers::of(&world.scene().file.scene);
         model.view.debug_present = 0;
         model.plugins = world
             .modules()

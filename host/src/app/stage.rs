@@ -206,6 +206,7 @@ fn settings(options: &ViewOptions) -> Settings {
         quality,
         detail: options.levels_of_detail.then(|| Thresholds::of(quality)),
         debug_channels: options.debug_shown,
+        markers: options.markers,
         samples,
         ..Settings::default()
     }

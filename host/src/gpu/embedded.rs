@@ -14,6 +14,8 @@ pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("full_screen.vert", include_bytes!("../../../shaders/spv/full_screen.vert.spv")),
     ("line.frag", include_bytes!("../../../shaders/spv/line.frag.spv")),
     ("line.vert", include_bytes!("../../../shaders/spv/line.vert.spv")),
+    ("marker.frag", include_bytes!("../../../shaders/spv/marker.frag.spv")),
+    ("marker.vert", include_bytes!("../../../shaders/spv/marker.vert.spv")),
     ("rock.frag", include_bytes!("../../../shaders/spv/rock.frag.spv")),
     ("rock.vert", include_bytes!("../../../shaders/spv/rock.vert.spv")),
     ("rock_low.frag", include_bytes!("../../../shaders/spv/rock_low.frag.spv")),

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-/// One scene's row.
+/// One picture's row.
 pub struct Entry {
-    /// The scene.
+    /// Its name.
     pub name: String,
     /// Whether nothing was wrong.
     pub passed: bool,
@@ -28,7 +28,7 @@ pub fn page(device: &str, entries: &[Entry], last_words: &[String]) -> String {
     );
     let passed = entries.iter().filter(|e| e.passed).count();
     // Writing into a String does not fail.
-    let _ = writeln!(html, "<p>{} — {passed} of {} scenes passed</p>", escape(device), entries.len());
+    let _ = writeln!(html, "<p>{} — {passed} of {} pictures passed</p>", escape(device), entries.len());
     for entry in entries {
         let (class, mark) = if entry.passed { ("ok", "passed") } else { ("fail", "failed") };
         let _ = writeln!(html, "<h2>{} <span class=\"{class}\">{mark}</span></h2>", escape(&entry.name));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::{
-    render::{Settings, Shot},
+    render::{Settings, Shot, markers::Markers},
     world::{
         World,
         environment::Environment,
@@ -60,10 +60,11 @@ impl Show {
         }
     }
 
-    /// Settings of a picture: smooth edges, and debug lines where the scene asks for them.
+    /// Settings of a picture: smooth edges, and debug lines and markers where the scene asks for them.
     pub fn settings(&self) -> Settings {
-        let debug = self.world.scene().file.scene.debug;
-        Settings { debug_channels: if debug { u32::MAX } else { 0 }, ..Settings::fine() }
+        let scene = &self.world.scene().file.scene;
+        let debug_channels = if scene.debug { u32::MAX } else { 0 };
+        Settings { debug_channels, markers: Markers::of(scene), ..Settings::fine() }
     }
 
     /// The world.

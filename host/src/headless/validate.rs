@@ -7,10 +7,12 @@ use serde_json::json;
 
 use super::{
     compare::{Allowance, Difference, OTHER_DRIVER, SAME_DRIVER, TOLERANCE, compare, difference_picture},
+    moments::{self, Moment},
     pictures::{read_png, write_png},
     report::{self, Entry},
     show::Show,
     studio::Studio,
+    subjects,
 };
 use crate::{
     cli::Common,
@@ -22,7 +24,7 @@ use crate::{
 };
 
 /// Size of golden pictures [px].
-const SIZE: (u32, u32) = (640, 360);
+const SIZE: (u32, u32) = (512, 288);
 /// Pictures that are made of a scene before the golden one, so that frames meet each other in flight.
 const LEAD: u32 = 3;
 
@@ -37,6 +39,9 @@ pub struct Args {
     /// Write an HTML page with expected, actual and difference.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Take each thing out of each scene in turn, and fail where the pictures stay as they were: it is not seen.
+    #[arg(long, conflicts_with_all = ["bless", "report"])]
+    pub subjects: bool,
 }
 
 /// Where and when a golden picture was made, beside it as JSON.
@@ -54,7 +59,7 @@ pub struct Origin {
     pub reef: String,
 }
 
-/// What became of one scene.
+/// What became of one picture.
 struct Verdict {
     name: String,
     /// None: blessed.
@@ -73,6 +78,9 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let assets = open::assets_folder(common)?;
     let golden = assets.join("golden");
     let scenes = if args.scenes.is_empty() { all_scenes(&assets)? } else { args.scenes.clone() };
+    if args.subjects {
+        return subjects::run(common, &scenes);
+    }
     if let Some(folder) = &args.report {
         std::fs::create_dir_all(folder)
             .map_err(|error| Failure::input(miette::miette!("{}: {error}", folder.display())))?;
@@ -83,7 +91,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let mut verdicts = Vec::new();
     let bar = open::progress(scenes.len() as u64, "scenes", !common.json);
     for scene in &scenes {
-        verdicts.push(validate(common, args, scene, &golden, &gpu)?);
+        verdicts.extend(validate(common, args, scene, &golden, &gpu)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -100,7 +108,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         return Ok(());
     }
     Err(Failure::check(miette::miette!(
-        "{failed} of {} scenes failed{}",
+        "{failed} of {} pictures failed{}",
         verdicts.len(),
         if last_words.is_empty() { "" } else { "; messages came when the device was closed" }
     )))
@@ -130,30 +138,64 @@ fn validate(
     scene: &Path,
     golden: &Path,
     gpu: &Gpu,
-) -> Result<Verdict, Failure> {
-    let name = scene.file_stem().map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned());
+) -> Result<Vec<Verdict>, Failure> {
+    let stem = stem(scene);
     let world = open::world(common, scene, crate::world::Options::default())?;
-    // The middle of what is worth watching: things have settled into their motion, and nothing has ended.
-    let (time, dt) = (world.scene().file.scene.duration * 0.5, world.clock().dt);
+    let moments = moments::moments(&stem, &world);
+    let strays = moments::strays(golden, &stem, &moments);
+    let dt = world.clock().dt;
     let mut show = Show::new(world);
     let settings = show.settings();
     let mut studio = Studio::new(gpu, SIZE)?;
-    for n in (1..=LEAD).rev() {
-        show.go_to((time - dt * f64::from(n)).max(0.0));
-        studio.run(&show.shot(), &settings)?;
+    let mut verdicts = Vec::new();
+    for moment in &moments {
+        let time = moment.step as f64 * dt;
+        for n in (1..=LEAD).rev() {
+            show.go_to((time - dt * f64::from(n)).max(0.0));
+            studio.run(&show.shot(), &settings)?;
+        }
+        show.go_to(time);
+        let actual = studio.shoot(&show.shot(), &settings)?;
+        if verdicts.is_empty() {
+            // Low quality has passes of its own; the layers look at them, too.
+            let Settings { debug_channels, markers, .. } = settings;
+            let low = Settings { debug_channels, markers, ..Settings::of(Quality::Low) };
+            studio.run(&show.shot(), &low)?;
+        }
+        let mut verdict = judge(args, golden, moment, actual, (time, gpu))?;
+        let said = show.world().take_messages();
+        verdict.faults.extend(said.iter().map(|m| format!("{}: {}", m.module, m.text)));
+        verdicts.push(verdict);
     }
-    show.go_to(time);
-    let actual = studio.shoot(&show.shot(), &settings)?;
-    // Low quality has passes of its own; the layers look at them, too.
-    let low = Settings { debug_channels: settings.debug_channels, ..Settings::of(Quality::Low) };
-    studio.run(&show.shot(), &low)?;
     drop(studio);
+    if let Some(last) = verdicts.last_mut() {
+        last.messages.extend(gpu.canary().take());
+        for stray in strays {
+            if args.bless {
+                std::fs::remove_file(&stray)
+                    .map_err(|error| Failure::input(miette::miette!("{}: {error}", stray.display())))?;
+            } else {
+                last.faults.push(format!(
+                    "{}: this is no moment of the scene (`--bless` removes it)",
+                    stray.display()
+                ));
+            }
+        }
+    }
+    Ok(verdicts)
+}
 
-    let mut faults: Vec<String> =
-        show.world().take_messages().iter().map(|m| format!("{}: {}", m.module, m.text)).collect();
-    let path = golden.join(format!("{name}.png"));
+/// Compares a picture with its golden one, or puts it in that one's place.
+fn judge(
+    args: &Args,
+    golden: &Path,
+    moment: &Moment,
+    actual: Picture,
+    (time, gpu): (f64, &Gpu),
+) -> Result<Verdict, Failure> {
+    let path = golden.join(format!("{}.png", moment.name));
     let mut verdict = Verdict {
-        name,
+        name: moment.name.clone(),
         difference: None,
         allowance: allowance(&path, &gpu.info().driver),
         faults: Vec::new(),
@@ -163,22 +205,27 @@ fn validate(
     };
     if args.bless {
         bless(golden, &path, &verdict.actual, &origin(gpu, time))?;
-        verdict.faults = faults;
         return Ok(verdict);
     }
     match read_png(&path) {
-        Err(error) => faults.push(format!("no golden picture: {error} (`reef validate --bless` makes it)")),
+        Err(error) => {
+            verdict.faults.push(format!("no golden picture: {error} (`reef validate --bless` makes it)"));
+        }
         Ok(expected) => {
             let difference = compare(&expected, &verdict.actual);
             if !difference.passes(verdict.allowance) {
-                faults.push(in_words(&difference, verdict.allowance));
+                verdict.faults.push(in_words(&difference, verdict.allowance));
             }
             verdict.difference = Some(difference);
             verdict.expected = Some(expected);
         }
     }
-    verdict.faults = faults;
     Ok(verdict)
+}
+
+/// A scene's file without its ending.
+pub(super) fn stem(scene: &Path) -> String {
+    scene.file_stem().map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned())
 }
 
 /// How far a picture of this driver may be from a golden one, by the origin beside that.
@@ -230,11 +277,11 @@ fn origin(gpu: &Gpu, time: f64) -> Origin {
 
 fn tell(common: &Common, verdicts: &[Verdict], last_words: &[Message], device: &str) {
     if common.json {
-        let scenes: Vec<_> = verdicts
+        let pictures: Vec<_> = verdicts
             .iter()
             .map(|v| {
                 json!({
-                    "scene": v.name,
+                    "picture": v.name,
                     "passed": v.faults.is_empty() && v.messages.is_empty(),
                     "faults": v.faults,
                     "messages": v.messages,
@@ -243,7 +290,7 @@ fn tell(common: &Common, verdicts: &[Verdict], last_words: &[Message], device: &
                 })
             })
             .collect();
-        say(json!({ "device": device, "scenes": scenes, "messages_at_close": last_words }));
+        say(json!({ "device": device, "pictures": pictures, "messages_at_close": last_words }));
         return;
     }
     for v in verdicts {

@@ -9,7 +9,9 @@ use reef_abi as abi;
 use super::{
     Quality, Settings, Shot,
     fibres::{STRIP_WORDS, VERTEX_WORDS},
-    gather, lod, sample,
+    gather, lod,
+    markers::Markers,
+    sample,
     twin::{self, Skinned},
     view::{self, Lens},
 };
@@ -462,6 +464,49 @@ fn a_diagram_has_its_background_and_its_lines_are_wide_enough_to_be_read() {
         let rows: Vec<u32> = (0..SIZE.1).filter(red).collect();
         assert!((2..=4).contains(&rows.len()), "rows {rows:?}");
         assert!(rows.iter().all(|y| y.abs_diff(SIZE.1 / 2) <= 3), "the other channel is hidden: {rows:?}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn singularities_are_balls_of_their_own_colours_at_any_quality() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let camera = sample::looking_at(DVec3::new(0.0, -3.0, 2.0), DVec3::new(0.0, -3.0, 0.0));
+    let flow = |kind: u32, x: f64| abi::Flow {
+        kind,
+        position: [x, -3.0, 0.0],
+        axis: [0.0, 1.0, 0.0],
+        strength: 1.0,
+        peak: 1.0,
+        core: 0.06,
+        ..abi::Flow::default()
+    };
+    let kinds = [abi::FLOW_SOURCE, abi::FLOW_HOLE, abi::FLOW_WHIRLWIND];
+    let flow = kinds.iter().zip([-0.5, 0.0, 0.5]).map(|(kind, x)| flow(*kind, x)).collect();
+    let frame = Frame { flow: Arc::new(flow), ..sample::frame(1, camera, Outputs::default()) };
+    let shot = Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    // Pixels at the middle of each ball: a metre is as many pixels at 2 m.
+    let metre = Lens::new(&camera, [SIZE.0, SIZE.1], 60.0).pixels_per_metre() / 2.0;
+    for quality in [Quality::Low, Quality::High] {
+        let without = Settings { quality, ..Settings::default() };
+        let markers = Markers { singularities: true, bounds: false };
+        let [with, without] = [Settings { markers, ..without }, without]
+            .map(|settings| studio.shoot(&shot, &settings).expect("a picture"));
+        keep(&format!("markers-{quality:?}"), &with);
+        let at = |picture: &Picture, x: f32| {
+            let column = (SIZE.0 as f32 / 2.0 + x * metre) as u32;
+            picture.pixel(column, SIZE.1 / 2).expect("inside").map(u32::from)
+        };
+        let [source, hole, whirlwind] = [-0.5, 0.0, 0.5].map(|x| at(&with, x));
+        assert!(source[1] > 2 * source[0] && source[1] > 2 * source[2], "{quality:?}: green {source:?}");
+        assert!(hole[0] > 2 * hole[1] && hole[0] > 2 * hole[2], "{quality:?}: red {hole:?}");
+        let yellow = whirlwind[0] > 2 * whirlwind[2] && whirlwind[1] > 2 * whirlwind[2];
+        assert!(yellow, "{quality:?}: yellow {whirlwind:?}");
+        assert_eq!(at(&with, 0.25), at(&without, 0.25), "{quality:?}: nothing else changes");
+        assert!(at(&without, 0.0)[2] > at(&without, 0.0)[0], "{quality:?}: without, there is water");
     }
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());

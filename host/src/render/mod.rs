@@ -4,10 +4,11 @@
 //! 2. `rocks`, 3. `terrain`: what stands still, the nearer first;
 //! 4. `sky`: the background, where nothing was drawn;
 //! 5. `fibres` (draw): over the background, because their thin tips let it through;
-//! 6. `shafts`: sunlight in the water, at high quality;
-//! 7. `billboards`: what floats in the water, from far to near;
-//! 8. `lines`: forces and moments, when asked for;
-//! 9. `tone`: tone curve and dither into the target; at low quality the materials have done that themselves.
+//! 6. `markers`: balls for what has no body, when asked for;
+//! 7. `shafts`: sunlight in the water, at high quality;
+//! 8. `billboards`: what floats in the water, from far to near;
+//! 9. `lines`: forces, moments, and the markers' rings, when asked for;
+//! 10. `tone`: tone curve and dither into the target; at low quality the materials have done that themselves.
 //!
 //! Fog is part of every material's shader (`shaders/water.glsl`), so that thin things fade into fogged water.
 
@@ -23,6 +24,7 @@ pub mod gather;
 pub mod layers;
 mod lines;
 pub mod lod;
+pub mod markers;
 pub mod noise;
 mod quality;
 mod rocks;
@@ -57,6 +59,7 @@ use billboards::Billboards;
 use fibres::Fibres;
 use layers::Layers;
 use lod::Thresholds;
+use markers::Markers;
 pub use quality::Quality;
 use view::{Lens, View};
 use water::{Caustics, Surface};
@@ -70,6 +73,8 @@ pub struct Settings {
     pub detail: Option<Thresholds>,
     /// Bits of the channels of debug lines that are shown.
     pub debug_channels: u32,
+    /// What is drawn of what has no body.
+    pub markers: Markers,
     /// Width of debug lines [px].
     pub line_width: f32,
     /// Brightness of the picture; 1 is the scene's own.
@@ -86,6 +91,7 @@ impl Default for Settings {
             quality: Quality::High,
             detail: Some(Thresholds::default()),
             debug_channels: u32::MAX,
+            markers: Markers::default(),
             line_width: 2.5,
             exposure: 1.0,
             shafts: true,
@@ -132,6 +138,7 @@ pub struct Renderer {
     billboards: Billboards,
     layers: Layers,
     lines: lines::Lines,
+    bodies: markers::Bodies,
     tone: tone::Tone,
     textures: terrain::GroundTextures,
     attachments: Option<targets::Attachments>,
@@ -154,6 +161,7 @@ impl Renderer {
             billboards: Billboards::new(gpu)?,
             layers: Layers::new(gpu)?,
             lines: lines::Lines::new(gpu),
+            bodies: markers::Bodies::new(gpu),
             tone: tone::Tone::new(gpu)?,
             textures: terrain::GroundTextures::new(gpu)?,
             attachments: None,
@@ -198,6 +206,8 @@ impl Renderer {
             self.layers.update(shot.current)?;
             gathered.find_textures(shot.current, self.layers.catalogue());
         }
+        let marked = markers::mark(shot.previous, shot.current, shot.alpha, &lens, settings.markers);
+        gathered.lines.extend_from_slice(&marked.lines);
         if let Some(terrain) = &environment.terrain {
             if settings.quality == Quality::Low {
                 self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
@@ -224,6 +234,7 @@ impl Renderer {
         self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &self.layers, &targets)?;
+        self.bodies.draw(frame, view, &marked.bodies, quality, &targets)?;
         if settings.shafts && quality == Quality::High {
             self.shafts.draw(frame, view, environment, &lens, &targets)?;
         }

@@ -1,6 +1,7 @@
 //! `reef render` and `reef validate`, as a person and a program meet them: planted faults are found, goldens are held,
 //! places that cannot be written are refused.
 
+mod subjects;
 mod walk;
 
 use std::{
@@ -82,6 +83,35 @@ fn a_scene_is_blessed_then_matches_and_a_changed_or_missing_golden_fails() {
     let other = reef(assets.path(), &["validate"], None);
     assert_eq!(other.status.code(), Some(1), "{}", told(&other));
     assert!(told(&other).contains("pixels differ"), "{}", told(&other));
+}
+
+#[test]
+fn each_moment_of_a_film_has_a_golden_picture_and_old_ones_are_noticed() {
+    let assets = small_assets();
+    let path = assets.path().join("scenes/small.toml");
+    let scene = fs::read_to_string(&path).unwrap();
+    fs::write(&path, scene.replace("duration = 6.0", "duration = 6.0\nmoments = [0.5, 0.1]")).unwrap();
+    let blessed = reef(assets.path(), &["validate", "--bless"], None);
+    if lacking(&blessed) {
+        return;
+    }
+    assert!(blessed.status.success(), "{}", told(&blessed));
+    let folder = assets.path().join("golden");
+    let [early, late] =
+        ["small-6", "small-30"].map(|name| fs::read(folder.join(name).with_extension("png")).unwrap());
+    assert!(early != late, "the fibres bend between them");
+    assert!(!golden(assets.path()).exists(), "the middle is no moment");
+
+    fs::write(golden(assets.path()), &early).unwrap();
+    let stray = reef(assets.path(), &["validate"], None);
+    assert_eq!(stray.status.code(), Some(1), "{}", told(&stray));
+    assert!(told(&stray).contains("this is no moment of the scene"), "{}", told(&stray));
+    assert!(reef(assets.path(), &["validate", "--bless"], None).status.success());
+    assert!(!golden(assets.path()).exists(), "blessing removes it");
+
+    fs::write(folder.join("small-30.png"), &early).unwrap();
+    let wrong = reef(assets.path(), &["validate"], None);
+    assert_eq!(wrong.status.code(), Some(1), "the second moment is compared, too: {}", told(&wrong));
 }
 
 #[test]

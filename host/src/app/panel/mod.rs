@@ -176,6 +176,16 @@ fn view(ui: &mut Ui, model: &mut PanelModel, actions: &mut Vec<Action>) {
     ui.checkbox(&mut view.levels_of_detail, "Levels of detail")
         .on_hover_text("Draw what is far away with fewer triangles");
     ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut view.markers.singularities, "Singularities").on_hover_text(
+            "Balls where the water's motion comes from: sources green, holes red, whirlwinds yellow, what something carries \
+             white",
+        );
+        ui.checkbox(&mut view.markers.bounds, "Bounding spheres").on_hover_text(
+            "Around each plant, orange where a singularity reaches it and its field is evaluated; and where each singularity \
+             ends, dashed where it begins to fade",
+        );
+    });
+    ui.horizontal_wrapped(|ui| {
         let forces = ui.checkbox(&mut view.debug, "Forces and moments");
         if forces.on_hover_text("Lines that the plugins draw to show what they compute").changed() {
             actions.push(Action::Debug(view.debug));

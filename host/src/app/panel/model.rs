@@ -3,7 +3,7 @@
 
 use std::{collections::VecDeque, path::PathBuf};
 
-use crate::app::camera::Mode;
+use crate::{app::camera::Mode, render::markers::Markers};
 
 /// How many frames the graph of frame times goes back.
 pub const HISTORY: usize = 180;
@@ -192,6 +192,8 @@ pub struct ViewOptions {
     pub debug_present: u32,
     /// Channels that are drawn.
     pub debug_shown: u32,
+    /// What is drawn of what has no body.
+    pub markers: Markers,
 }
 
 /// How grave a message is.

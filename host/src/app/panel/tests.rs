@@ -6,6 +6,7 @@ use super::{
     model::{Action, Level, PanelModel, ParamKind, ParamView, PluginView},
     *,
 };
+use crate::render::markers::Markers;
 
 struct Bench {
     ctx: egui::Context,
@@ -190,6 +191,19 @@ fn a_changed_parameter_goes_back_to_its_default_by_one_click() {
     let at = bench.place("Reset all to default");
     let actions = bench.click(&mut model, at);
     assert_eq!(actions, [Action::SetParam { instance: 3, id: 12, value: 0.0 }]);
+}
+
+#[test]
+fn singularities_and_bounding_spheres_have_a_switch_each() {
+    let (mut bench, mut model) = (Bench::new(), model());
+    bench.settle(&mut model);
+    for (label, singularities, bounds) in
+        [("Singularities", true, false), ("Bounding spheres", true, true), ("Singularities", false, true)]
+    {
+        let at = bench.place(label);
+        assert!(bench.click(&mut model, at).is_empty(), "the picture alone changes");
+        assert_eq!(model.view.markers, Markers { singularities, bounds }, "{label}");
+    }
 }
 
 #[test]

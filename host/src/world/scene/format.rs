@@ -89,6 +89,15 @@ pub struct SceneTable {
     pub background: Option<String>,
     /// Draw the modules' debug lines (forces, moments, axes) from the start.
     pub debug: bool,
+    /// Draw sources green, holes red, whirlwinds yellow with their axes, and white what an object carries: balls of the size
+    /// of their `core`.
+    pub singularities: bool,
+    /// Draw the bounding spheres of plants, orange where a singularity reaches one so that its field is evaluated there, and
+    /// the spheres in which singularities end (`reach`), dashed where they begin to fade.
+    pub bounds: bool,
+    /// When the pictures are taken that `reef validate` keeps. Without it: one in the middle of `duration`.
+    #[schemars(length(max = 8), inner(range(min = 0.0, max = 86400.0)), extend("x-unit" = "s"))]
+    pub moments: Vec<f64>,
 }
 
 impl Default for SceneTable {
@@ -102,6 +111,9 @@ impl Default for SceneTable {
             duration: 10.0,
             background: None,
             debug: false,
+            singularities: false,
+            bounds: false,
+            moments: Vec::new(),
         }
     }
 }

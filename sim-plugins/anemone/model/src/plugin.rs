@@ -6,7 +6,8 @@ use reef_sdk::prelude::*;
 use crate::{
     bed::{Bed, Settings, Surroundings},
     config::Config,
-    debug, ranges, sow,
+    debug::{self, Shown},
+    ranges, sow,
     wide::Force,
 };
 
@@ -19,51 +20,56 @@ pub struct Anemones {
 }
 
 /// What can change while the sea runs.
-pub const PARAMS: &[Param] =
-    &[
-        Param::float(1, "stiffness")
-            .label("Stiffness")
-            .group("Fibres")
-            .range(0.01, 100.0)
-            .default(1.0)
-            .logarithmic()
-            .help("Factor on the stiffness K of every fibre."),
-        Param::float(2, "exponent")
-            .label("Exponent, added")
-            .group("Fibres")
-            .range(-5.0, 20.0)
-            .default(0.0)
-            .help("Added to the exponent n of every fibre: more bends nearer to the tip."),
-        Param::float(3, "damping")
-            .label("Damping")
-            .group("Fibres")
-            .range(0.0, 10.0)
-            .default(1.0)
-            .help("Factor on the time in which fibres follow the water; 0 lets them jump to equilibrium."),
-        Param::choice(4, "force", &["linear", "quadratic"])
-            .label("Force")
-            .group("Water")
-            .help("Linear in the velocity, or with the drag coefficient of a cylinder."),
-        Param::float(5, "drag")
-            .label("Drag")
-            .group("Water")
-            .range(0.0, 20.0)
-            .default(1.0)
-            .help("Factor on the force that the flow exerts."),
-        Param::float(6, "current")
-            .label("Current")
-            .group("Water")
-            .range(0.0, 10.0)
-            .default(1.0)
-            .help("Factor on the velocity that the fibres feel."),
-        Param::float(7, "contact").label("Contact").group("Water").range(0.0, 20.0).default(4.0).help(
-            "Stiffness of rocks and ground over that of the fibre that touches them; 0 lets fibres pass.",
-        ),
-        Param::switch(8, "rigid")
-            .label("Hold still")
-            .group("Figures")
-            .help("Works out forces and moments without bending the fibres."),
-    ];
+pub const PARAMS: &[Param] = &[
+    Param::float(1, "stiffness")
+        .label("Stiffness")
+        .group("Fibres")
+        .range(0.01, 100.0)
+        .default(1.0)
+        .logarithmic()
+        .help("Factor on the stiffness K of every fibre."),
+    Param::float(2, "exponent")
+        .label("Exponent, added")
+        .group("Fibres")
+        .range(-5.0, 20.0)
+        .default(0.0)
+        .help("Added to the exponent n of every fibre: more bends nearer to the tip."),
+    Param::float(3, "damping")
+        .label("Damping")
+        .group("Fibres")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the time in which fibres follow the water; 0 lets them jump to equilibrium."),
+    Param::choice(4, "force", &["linear", "quadratic"])
+        .label("Force")
+        .group("Water")
+        .help("Linear in the velocity, or with the drag coefficient of a cylinder."),
+    Param::float(5, "drag")
+        .label("Drag")
+        .group("Water")
+        .range(0.0, 20.0)
+        .default(1.0)
+        .help("Factor on the force that the flow exerts."),
+    Param::float(6, "current")
+        .label("Current")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the velocity that the fibres feel."),
+    Param::float(7, "contact")
+        .label("Contact")
+        .group("Water")
+        .range(0.0, 20.0)
+        .default(4.0)
+        .help("Stiffness of rocks and ground over that of the fibre that touches them; 0 lets fibres pass."),
+    Param::switch(8, "rigid")
+        .label("Hold still")
+        .group("Figures")
+        .help("Works out forces and moments without bending the fibres."),
+    Param::choice(9, "arrows", &["both", "forces", "moments"]).label("Arrows").group("Figures").help(
+        "What debug lines show: the flow's forces on the nodes, the moments handed down the chain, or both.",
+    ),
+];
 
 impl Anemones {
     /// The plants.
@@ -154,8 +160,13 @@ impl Plugin for Anemones {
         }
         if input.wants_debug() {
             let water = input.water();
-            let lines =
-                debug::lines(bed, input.flow(), &settings, water.density.into(), water.viscosity.into());
+            let shown = match input.param(9) as u32 {
+                1 => Shown::Forces,
+                2 => Shown::Moments,
+                _ => Shown::Both,
+            };
+            let water = (water.density.into(), water.viscosity.into());
+            let lines = debug::lines(bed, input.flow(), &settings, water, shown);
             let count = fill(output, lines.len(), lines.iter().copied())?;
             output.commit::<abi::DebugLine>(count)?;
         }
