@@ -3,6 +3,8 @@
 mod bed;
 mod common;
 mod fibre;
+mod own_flow;
 #[path = "../common/scene.rs"]
 mod scene;
 mod species_table;
+mod trace;

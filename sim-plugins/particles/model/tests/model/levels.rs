@@ -130,6 +130,32 @@ fn slaves_follow_their_master_beyond_d_m_and_ride_by_themselves_before() {
     assert!(tested > 100, "{tested}");
 }
 
+#[test]
+fn a_recorded_slave_is_as_far_from_its_master_as_their_centres_are() {
+    let waves = sea(7.0, 50.0, 3.0);
+    let mut cloud = cloud(PAPER);
+    let camera = walker(20.0);
+    let flow = [current(DVec3::new(0.1, 0.0, 0.05)), local(abi::FLOW_WHIRLWIND, DVec3::ZERO, 0.1, 1.0)];
+    let around = Surroundings { trace: true, ..around(&flow, &waves, &camera) };
+    let levels = Levels { masters: true, ..no_levels() };
+    let (_, trace) = step(&mut cloud, &around, &levels);
+    let centers = centers(&cloud, 0);
+    let at = |i: usize| DVec3::from(trace[i].position);
+    let (mut followers, mut worst) = (0, 0.0_f64);
+    for first in (0..4000).step_by(4) {
+        for slave in first + 1..first + 4 {
+            let error = (at(slave) - at(first)).distance(centers[slave] - centers[first]);
+            // Who rides by itself is moved otherwise than its master is.
+            if error < 1e-5 {
+                followers += 1;
+                worst = worst.max(error);
+            }
+        }
+    }
+    assert!(followers > 2000, "{followers}");
+    assert!(worst < 1e-13, "{worst} m");
+}
+
 /// What sprites cover of the sky around the eye [sr]: opacity · area. Those nearer than `least` count as if they were there:
 /// they are few, and grow fast.
 fn cover(sprites: &[Billboard], eye: DVec3, least: f64) -> f64 {
