@@ -346,6 +346,51 @@ fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn paths_that_are_no_utf8_are_answered_and_logs_have_no_colours() {
+    use std::{ffi::OsString, os::unix::ffi::OsStringExt};
+    let folder = tempfile::tempdir().expect("a folder");
+    let odd = |name: &[u8]| folder.path().join(OsString::from_vec(name.to_vec()));
+    let plugins = odd(b"plug\xffins");
+    fs::create_dir(&plugins).expect("a folder");
+    fs::write(plugins.join(OsString::from_vec(b"lib\xfe.so".to_vec())), "no library").expect("a file");
+    fs::copy(artifacts().plugin("reef_particles"), plugins.join("libreef_particles.so")).expect("a copy");
+    let scene = odd(b"s\xffea.toml");
+    fs::write(&scene, "[camera]\nviewport = [16, 16]\n").expect("a file");
+    let bad = odd(b"b\xffad.toml");
+    fs::write(&bad, "[scene]\nsed = 1\n").expect("a file");
+    let library = plugins.join("libreef_particles.so");
+    let program = installed().path().join(format!("reef{}", env::consts::EXE_SUFFIX));
+    let run = |arguments: &[&std::ffi::OsStr], code: i32| {
+        let mut command = Command::new(&program);
+        command.args(["--assets".as_ref(), workspace().join("assets").as_os_str()]).args(arguments);
+        let output = command.env_remove("REEF_LOG").env_remove("NO_COLOR").output().expect("it runs");
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {told}");
+        assert!(!told.contains('\x1b'), "a log file has no colours: {told:?}");
+        if arguments.contains(&"--json".as_ref()) {
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON");
+        }
+        told
+    };
+    let word = |text: &'static str| std::ffi::OsStr::new(text);
+    let [json, dir] = [word("--json"), word("--plugin-dir")];
+    run(&[word("scene"), word("check"), scene.as_os_str(), bad.as_os_str(), json], 2);
+    let told = run(&[word("scene"), word("check"), scene.as_os_str(), dir, plugins.as_os_str(), json], 0);
+    assert!(told.contains("WARN") && told.contains("not"), "the file that is no library is told: {told}");
+    run(&[word("plugin"), word("list"), dir, plugins.as_os_str(), json], 2);
+    run(&[word("plugin"), word("check"), library.as_os_str(), word("--only"), word("entry"), json], 0);
+    run(&[word("sim"), scene.as_os_str(), word("--steps"), word("1"), json], 0);
+    let weed = plugins.join("weed");
+    run(&[word("plugin"), word("new"), weed.as_os_str(), word("--lang"), word("c"), json], 0);
+    if cfg!(target_os = "linux") && env::var_os("REEF_REQUIRE").is_some() {
+        let picture = odd(b"pic\xffture.png");
+        run(&[word("render"), scene.as_os_str(), word("--out"), picture.as_os_str(), json], 0);
+        assert!(picture.exists());
+    }
+}
+
 #[test]
 fn a_reader_that_went_away_is_no_error_but_a_full_disk_is() {
     let program = installed().path().join(format!("reef{}", env::consts::EXE_SUFFIX));
