@@ -19,6 +19,11 @@ const MOST_FAULTS: usize = 20;
 /// References followed on the way to one value; a schema that needs more refers to itself.
 const DEEPEST_REFERENCE: usize = 32;
 
+/// The farthest that anything may be, and the longest [m]: streams know places up to ten times as far.
+const FARTHEST: f64 = 1e5;
+/// The least length that is not nothing [m].
+const SMALLEST: f64 = 1e-9;
+
 /// The one pattern of text that schemas use: a colour as `#RRGGBB`.
 pub const COLOR: &str = "^#[0-9A-Fa-f]{6}$";
 
@@ -168,13 +173,32 @@ impl<'a> Checker<'a> {
             && !bounds.contain(metres)
             && !bounds.from_metres(power, self.scale).contain(value)
         {
-            let problem = format!("is {value}, but must be {}", self.describe(schema));
+            let problem = format!("is {}, but must be {}", figure(value), self.describe(schema));
             self.fault(place.clone(), path, problem, None);
+        } else if let Some(allowed) = self.beyond_any_length(schema, metres) {
+            self.fault(place.clone(), path, format!("is {}, but must be {allowed}", figure(value)), None);
         } else if metres.abs() > LARGEST_NUMBER {
-            let problem = format!("is {value}, which is beyond every sensible size in metres");
+            let problem = format!("is {}, which is beyond every sensible size in metres", figure(value));
             let help = format!("`scale` makes {metres:e} of it; the limit is 1e15 either way");
             self.fault(place.clone(), path, problem, Some(help));
         }
+    }
+
+    /// What would be allowed where a length [m] is too great for a sea, or no zero and yet too small for a size.
+    fn beyond_any_length(&self, schema: &Json, metres: f64) -> Option<String> {
+        if self.unit != Some("m") {
+            return None;
+        }
+        let own = |metres: f64| from_metres(metres, 1, self.scale);
+        let unit = if self.scale == 1.0 { String::new() } else { format!(" of `scale` = {}", self.scale) };
+        if metres.abs() > FARTHEST {
+            return Some(format!("within {} [m{unit}] of the middle, as every length", own(FARTHEST)));
+        }
+        let bounds = Bounds::of(schema)?;
+        let size = bounds.minimum.or(bounds.above).is_some_and(|least| least >= 0.0);
+        let zero = if bounds.minimum == Some(0.0) { "0, or " } else { "" };
+        (size && metres > 0.0 && metres < SMALLEST)
+            .then(|| format!("{zero}at least {} [m{unit}], as every size", own(SMALLEST)))
     }
 
     /// What a schema allows here, in the table's own units.
@@ -605,6 +629,12 @@ impl Words<'_> {
             },
         }
     }
+}
+
+/// A number as people write it: with an exponent where it would have many zeros.
+fn figure(value: f64) -> String {
+    let plain = value == 0.0 || (1e-9..1e16).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
 }
 
 fn one_of(values: &[&Json]) -> String {

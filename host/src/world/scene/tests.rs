@@ -211,13 +211,87 @@ fn ranges_are_looked_at_in_metres_and_told_in_the_scenes_own_units() {
     let tenth = "[scene]\nscale = 0.1\n[modules.a]\nuse = \"reef.weed\"\nplants = [{ species = \"kelp\", thickness = 3 }]\n";
     let scene = place.load(tenth).expect("0.3 m is allowed");
     assert_eq!(scene.modules[0].config["plants"][0]["thickness"], 0.3);
-    let (told, help) =
-        place.error("[scene]\nscale = 1e6\n[[obstacle]]\nfrom = [1e12, 0, 0]\nto = [0, 0, 0]\nradius = 1\n");
-    assert!(
-        told.contains("obstacle[0].from[0]: is 1000000000000, which is beyond every sensible size"),
-        "{told}"
-    );
+    let (told, help) = place.error("[scene]\nscale = 1e6\n[[flow]]\nkind = \"source\"\nstrength = 1\n");
+    assert!(told.contains("flow[0].strength: is 1, which is beyond every sensible size"), "{told}");
     assert!(help.expect("a way out").contains("1e15"));
+}
+
+#[test]
+fn any_terrain_that_the_schema_allows_is_told_or_has_finite_heights() {
+    let place = Place::new(&[]);
+    // Each key at its least, in its middle, at its greatest, and somewhere else, alone and in pairs.
+    let keys: &[(&str, &[&str])] = &[
+        ("size", &["[1e-9, 1e-9]", "[40, 30]", "[1e5, 1e5]", "[1e15, 1]"]),
+        ("center", &["[-1e5, 1e5]", "[0, 7]", "[1e15, 0]"]),
+        ("cell", &["1e-300", "1e-9", "5", "1e5", "1e14"]),
+        ("relief", &["0", "1e-300", "3", "1e5", "1e15"]),
+        ("relief_length", &["1e-300", "1e-9", "0.000001", "6", "1e5", "1e15"]),
+        ("octaves", &["1", "4", "10"]),
+        ("gain", &["0", "0.45", "1"]),
+        ("slope", &["[-10, 10]", "[0, 0]"]),
+        ("rocks", &["{ count = 9, size = [1e-9, 1e5] }", "{ count = 3, clearing = 1e5, flatness = 3 }"]),
+        ("rock", &["[{ position = [1e5, -1e5], half_axes = [1e5, 1e-9, 1] }]"]),
+    ];
+    let (mut sound, mut told) = (0, 0);
+    for (at, (first, values)) in keys.iter().enumerate() {
+        for (second, others) in &keys[at..] {
+            for (value, other) in
+                values.iter().flat_map(|value| others.iter().map(move |other| (value, other)))
+            {
+                let pair = if first == second { String::new() } else { format!("{second} = {other}\n") };
+                let text = format!("[terrain]\n{first} = {value}\n{pair}");
+                match place.load(&text) {
+                    Ok(scene) => {
+                        let table = scene.file.terrain.as_ref().expect("there");
+                        let many =
+                            table.size.iter().map(|size| (size / table.cell).max(1.0)).product::<f64>();
+                        if many < 20_000.0 {
+                            let bed = crate::world::terrain::build(table, scene.file.water.depth, 1);
+                            let rocks = bed.rocks.iter().flat_map(|rock| rock.position);
+                            assert!(bed.heights.iter().all(|height| height.is_finite()), "{text}");
+                            assert!(rocks.into_iter().all(f64::is_finite), "{text}");
+                            sound += 1;
+                        }
+                    }
+                    Err(error) => {
+                        assert!(error.to_string().contains("scene.toml:"), "{text}: {error}");
+                        told += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(sound > 60 && told > 200, "{sound} sound, {told} told");
+}
+
+#[test]
+fn lengths_beyond_any_sea_are_told_with_the_limit() {
+    let place = Place::new(&[KELP]);
+    for (text, wanted) in [
+        (
+            "[camera]\nposition = [0, 1e6, 0]\n",
+            "camera.position[1]: is 1000000, but must be within 100000 [m] of",
+        ),
+        (
+            "[camera]\nlook_at = { keys = [{ time = 0, value = [1e9, 0, 0] }] }\n",
+            "camera.look_at.keys[0].value[0]: is 1000000000, but must be within 100000 [m] of",
+        ),
+        (
+            "[scene]\nscale = 0.01\n[[obstacle]]\nfrom = [1e8, 0, 0]\nto = [0, 0, 0]\nradius = 1\n",
+            "obstacle[0].from[0]: is 100000000, but must be within 10000000 [m of `scale` = 0.01] of",
+        ),
+        (
+            "[[flow]]\nkind = 'source'\nstrength = 1\nreach = 1e-300\n",
+            "must be 0, or at least 0.000000001 [m], as every size",
+        ),
+        ("[terrain]\ncell = 1e-300\n", "must be at least 0.000000001 [m], as every size"),
+        ("[terrain]\nrelief_length = 0.000001\noctaves = 10\n", "terrain.relief_length: gives 2.0e10 dunes"),
+    ] {
+        let (told, _) = place.error(text);
+        assert!(told.contains(wanted), "{told}");
+    }
+    // What is nearly nothing is a fine place.
+    assert!(place.load("[camera]\nposition = [6e-17, 1, -1e-300]\n").is_ok());
 }
 
 #[test]
@@ -364,7 +438,7 @@ fn each_wrong_key_or_value_gives_one_error_with_its_place_and_what_is_allowed() 
             "",
         ),
         (
-            "[terrain]\nsize = [1e6, 1e6]\ncell = 0.01\n",
+            "[terrain]\nsize = [1e5, 1e5]\ncell = 0.01\n",
             "scene.toml:1:2: terrain: `size` and `cell`",
             "the limit is 4000000",
         ),

@@ -113,7 +113,7 @@ pub struct FibreGrid {
     #[schemars(range(min = 2, max = 256))]
     pub nodes: u32,
     /// L: length of each segment.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub length: f64,
     /// Radius at the root and at the tip; each node's is the same share of the one below.
     #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
@@ -186,13 +186,13 @@ pub struct Tuft {
     #[schemars(range(min = 2, max = 64))]
     pub nodes: u32,
     /// L: length of each segment.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub length: f64,
     /// Radius at the root and at the tip.
     #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
     pub radius: [f64; 2],
     /// Radius of the disc that the roots stand on.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub spread: f64,
     /// Lean of the outermost fibres.
     #[schemars(range(min = 0.0, max = 170.0), extend("x-unit" = "deg"))]

@@ -51,6 +51,8 @@ pub(crate) struct Harvest {
     pub(crate) materials: Vec<Material>,
     /// What the person who wrote the scene should know.
     pub(crate) remarks: Vec<String>,
+    /// How many seedlings are known to be within reach.
+    looked_at: usize,
 }
 
 /// What a species looks like in the streams.
@@ -80,6 +82,7 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
         let seedling = one(scene, anemone, i, kind);
         remark(&mut harvest, &seedling, &path, &anemone.species);
         harvest.seedlings.push(seedling);
+        within_reach(&mut harvest, &path)?;
     }
     for (i, scatter) in config.scatter.iter().enumerate() {
         let path = format!("scatter[{i}]");
@@ -95,6 +98,7 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
             count.add(&kind.species, u64::from(scatter.count), &path)?;
         }
         scattered(scene, scatter, i, &path, &kinds, &mut harvest);
+        within_reach(&mut harvest, &path)?;
     }
     for (i, grid) in config.fibres.iter().enumerate() {
         count.fibres(
@@ -103,13 +107,36 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
             &format!("fibres[{i}]"),
         )?;
         fibre_grid(grid, &format!("fibres[{i}]"), &mut harvest)?;
+        within_reach(&mut harvest, &format!("fibres[{i}]"))?;
     }
     for (i, tuft) in config.tufts.iter().enumerate() {
         count.fibres(u64::from(tuft.fibres.max(tuft.guides)), tuft.nodes, &format!("tufts[{i}]"))?;
         let seedling = self::tuft(scene, tuft, &format!("tufts[{i}]"), &mut harvest)?;
         harvest.seedlings.push(seedling);
+        within_reach(&mut harvest, &format!("tufts[{i}]"))?;
     }
     Ok(harvest)
+}
+
+/// Farthest that a plant may stand from the middle of the world, and farthest that it may reach [m]: what streams take, less
+/// what the ground adds.
+const FARTHEST: f64 = 5e5;
+const LONGEST: f64 = 5e4;
+
+/// Refuses plants that no stream takes among those since the last look, which stand at `path`.
+fn within_reach(harvest: &mut Harvest, path: &str) -> Result<(), ConfigError> {
+    let new = std::mem::replace(&mut harvest.looked_at, harvest.seedlings.len());
+    for seedling in &harvest.seedlings[new..] {
+        let (far, long) = (seedling.position.abs().max_element(), seedling.plant.reach);
+        let within = far <= FARTHEST && long <= LONGEST;
+        if !within {
+            let problem = format!(
+                "puts a plant of {long:.0} m {far:.0} m from the middle of the world; the limits are {LONGEST} and {FARTHEST} m"
+            );
+            return Err(ConfigError::new(path, problem));
+        }
+    }
+    Ok(())
 }
 
 /// Fibres and nodes asked for so far.

@@ -124,7 +124,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// A value of a schema under a key, in a table at `path`, of the unit `around` if it names none itself.
-    fn value(&mut self, schema: &'a Json, path: &str, key: &str, around: Option<&'a str>) -> Json {
+    fn value(&mut self, schema: &'a Json, path: &str, outer: &str, around: Option<&'a str>) -> Json {
         let mut facets = Vec::new();
         self.facets(schema, &mut facets);
         let find = |word: &str| facets.iter().find_map(|facet| facet.get(word));
@@ -144,21 +144,22 @@ impl<'a> Sampler<'a> {
             "array" => {
                 let count = find("minItems").and_then(Json::as_u64).unwrap_or(1).max(1);
                 let items = find("items").or_else(|| find("prefixItems")?.get(0)).expect("items");
-                (0..count).map(|_| self.value(items, path, key, unit)).collect()
+                (0..count).map(|_| self.value(items, path, outer, unit)).collect()
             }
             "object" => {
                 let mut table = Map::new();
                 for properties in facets.iter().filter_map(|facet| facet.get("properties")?.as_object()) {
                     for (key, rule) in properties {
-                        // The way into a species' look and colours is as long as it is.
                         let inner = format!("{path}.{key}");
-                        let value = self.value(rule, &inner, key, unit);
+                        // What a keyframe is worth has the meaning of what the keys are for.
+                        let meant = if matches!(key.as_str(), "keys" | "value") { outer } else { key };
+                        let value = self.value(rule, &inner, meant, unit);
                         table.insert(key.clone(), value);
                     }
                 }
                 table.into()
             }
-            _ => self.number(&facets, path, key, unit, kind == "integer"),
+            _ => self.number(&facets, path, outer, unit, kind == "integer"),
         }
     }
 
