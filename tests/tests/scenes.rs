@@ -326,6 +326,37 @@ spacing = 0.5
 }
 
 #[test]
+fn a_module_at_fault_ends_the_hashes_and_keeps_what_was_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (scene, csv, state, journal) = (file("sea.toml"), file("out.csv"), file("state"), file("journal"));
+    let sea = "[modules.a]\nuse = 'fixture.faulty'\nfault = 'panic_in_step'\nin_step = 5\n\
+               [modules.b]\nuse = 'reef.anemone'\nfibres = [{}]\n";
+    fs::write(&scene, sea).expect("a file");
+    let plugins = artifacts().folder_of(&["reef_fixture_faulty"]);
+    let plugins = plugins.path().to_str().expect("UTF-8");
+    let arguments =
+        ["sim", &scene, "--steps", "9", "--plugin-dir", plugins, "--record", &csv, "--journal", &journal];
+    for more in [["--hash"].as_slice(), &["--save-state", &state]] {
+        let output = reef(&[arguments.as_slice(), more].concat());
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains("step 5: no hash and no state from here on"), "{told}");
+        let csv = fs::read_to_string(&csv).expect("the recording");
+        let last = csv.lines().last().and_then(|line| line.split(',').next());
+        assert_eq!(last, Some("5"), "the step of the fault is there, too");
+        let journal = fs::read_to_string(&journal).expect("the journal");
+        assert_eq!(journal.lines().last(), Some("{\"end\":5}"));
+        assert!(!PathBuf::from(&state).exists());
+    }
+    // Nobody asks for hashes: the sea goes on, as it does in the window.
+    let output = reef(&arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let csv = fs::read_to_string(&csv).expect("the recording");
+    assert_eq!(csv.lines().last().and_then(|line| line.split(',').next()), Some("9"));
+}
+
+#[test]
 fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state").to_str().expect("UTF-8").to_owned();
