@@ -40,6 +40,7 @@ pub fn init() {
     let stderr = tracing_subscriber::fmt::layer()
         .log_internal_errors(false)
         .with_writer(std::io::stderr)
+        .with_ansi(crate::report::has_colors())
         .without_time()
         .with_target(false);
     // A second subscriber in one process is a test's own affair.

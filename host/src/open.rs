@@ -97,6 +97,11 @@ pub fn all_said() -> Outcome {
     }
 }
 
+/// A path in an answer that is JSON, which has no bytes but those of UTF-8: what is none is shown as a replacement character.
+pub fn shown(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
 /// A progress bar on standard error; nothing where that is no terminal, or nobody would have to wait for it.
 pub fn progress(length: u64, what: &'static str, wanted: bool) -> indicatif::ProgressBar {
     if !wanted {

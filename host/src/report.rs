@@ -9,10 +9,13 @@ use miette::{Diagnostic, LabeledSpan, SourceCode};
 
 /// Prints an error to standard error. Nobody may be listening: the exit code still says it.
 pub fn tell(report: &miette::Report) {
-    let stderr = std::io::stderr();
-    let colors = stderr.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-    let told = Told { diagnostic: report.as_ref(), colors };
-    let _ = write!(stderr.lock(), "{told}");
+    let told = Told { diagnostic: report.as_ref(), colors: has_colors() };
+    let _ = write!(std::io::stderr().lock(), "{told}");
+}
+
+/// Whether standard error shows colours: a terminal does, unless its owner wants none.
+pub fn has_colors() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
 /// An error and those that belong to it, as text.

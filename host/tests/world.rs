@@ -346,6 +346,70 @@ fn a_state_that_does_not_fit_is_refused_and_changes_nothing() {
     }
 }
 
+/// A saved sea with another header and other sections, and a hash that fits.
+fn forged(state: &[u8], change: impl FnOnce(&mut serde_json::Value, &mut Vec<u8>)) -> Vec<u8> {
+    let length = u32::from_le_bytes(state[12..16].try_into().expect("four bytes")) as usize;
+    let mut header = serde_json::from_slice(&state[16..16 + length]).expect("the header is JSON");
+    let mut sections = state[16 + length..state.len() - 32].to_vec();
+    change(&mut header, &mut sections);
+    let header = serde_json::to_vec(&header).expect("JSON");
+    let mut forged = state[..12].to_vec();
+    forged.extend_from_slice(&(header.len() as u32).to_le_bytes());
+    forged.extend_from_slice(&header);
+    forged.extend_from_slice(&sections);
+    let hash = blake3::hash(&forged);
+    forged.extend_from_slice(hash.as_bytes());
+    forged
+}
+
+#[test]
+fn what_a_forged_state_says_is_looked_at_before_modules_hear_it() {
+    let place = Place::new();
+    let mut world = place.world(SCENE, 1, false);
+    hash(&mut world, 20);
+    let good = world.save(None).expect("a state");
+    assert_eq!(forged(&good, |_, _| ()), good);
+    let put = |at: usize, bytes: &[u8]| {
+        let bytes = bytes.to_vec();
+        move |_: &mut serde_json::Value, sections: &mut Vec<u8>| {
+            sections[at..at + bytes.len()].copy_from_slice(&bytes);
+        }
+    };
+    // The first module's five flows stand first, then its three actors and its objects.
+    let actors = 5 * size_of::<abi::Flow>();
+    let objects = actors + 3 * size_of::<abi::Actor>();
+    let flow = |field: usize| size_of::<abi::Flow>() + field;
+    for (bytes, wanted) in [
+        (
+            forged(&good, |header, _| header["step"] = u64::MAX.into()),
+            "its step 18446744073709551615 is beyond",
+        ),
+        (
+            forged(&good, put(flow(16), &f64::NAN.to_le_bytes())),
+            "crowd: stream flow, element 1: position is NaN",
+        ),
+        (forged(&good, put(flow(8), &77_u32.to_le_bytes())), "crowd: stream flow, element 1: kind is 77"),
+        (
+            forged(&good, put(actors + 16, &1e9_f64.to_le_bytes())),
+            "stream actor, element 0: position is 1000000000",
+        ),
+        (forged(&good, put(objects, &[0; 8])), "stream object, element 0: id is 0"),
+        (
+            forged(&good, put(objects + 8, &f64::INFINITY.to_le_bytes())),
+            "stream object, element 0: origin is inf",
+        ),
+        (
+            forged(&good, |header, _| header["modules"][0]["flows"] = (1_u64 << 40).into()),
+            "stream flow has 1099511627776 elements; the limit is",
+        ),
+    ] {
+        let told = world.load(&bytes).expect_err("it makes no sense").to_string();
+        assert!(told.contains(wanted), "{told}");
+        assert_eq!(world.save(None).expect("a state"), good, "{told}: nothing changed");
+    }
+    world.load(&good).expect("its own state");
+}
+
 #[test]
 fn a_module_that_fails_stands_still_and_the_sea_goes_on() {
     let place = Place::new();

@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 1u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x1148c6ead3b14c61)
+#define REEF_HEADER_HASH UINT64_C(0xcfc09bc2261c0fbd)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -529,6 +529,8 @@ typedef struct reef_descriptor {
   uint32_t state_min_version;/* the oldest that load_state reads */
   uint32_t spare;
   /* config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config": {...}}.
+   * A scene may count in lengths of its own, of `scale` metres: numbers whose schema names a unit with a length ("x-unit": "m",
+   * "m/s", "1/m") come in metres, defaults of the schema included, and so do parameters. Units of matter ("N/m") stay.
    * An error's message begins with the path in "config": `anemones[3].species: ...`.
    * `host` is this instance's own: valid until destroy() returned, or create() returned a failure.
    * [control] */

@@ -240,6 +240,122 @@ fn saves_recordings_and_journals_of_the_program_fit_together() {
     assert_eq!(steps, ["0", "3", "6"]);
 }
 
+/// Rows of a recording of the last of some steps: plugin, object and node, then place.
+fn recorded(scene: &str, steps: u32) -> Vec<([String; 3], [f64; 3])> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (path, csv, steps) = (file("sea.toml"), file("out.csv"), steps.to_string());
+    fs::write(&path, scene).expect("a file");
+    let output =
+        reef(&["sim", &path, "--steps", &steps, "--every", &steps, "--record", &csv, "--stream", "fibre"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let csv = fs::read_to_string(csv).expect("the recording");
+    let rows = csv.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
+    rows.filter(|row| row[0] == steps)
+        .map(|row| {
+            let place = [6, 7, 8].map(|at| row[at].parse().expect("a number"));
+            ([row[2], row[4], row[5]].map(str::to_owned), place)
+        })
+        .collect()
+}
+
+#[test]
+fn what_is_attached_to_an_anemone_moves_all_but_that_anemone() {
+    let sea = r#"
+[[modules.a.anemones]]
+species = "actinia-fragacea"
+position = [0.1, -4.0, 0.0]
+[[modules.a.anemones]]
+species = "actinia-fragacea"
+position = [-0.1, -4.0, 0.0]
+[[modules.b.fibres]]
+position = [0.0, -4.0, 0.1]
+[modules.a]
+use = "reef.anemone"
+[modules.b]
+use = "reef.anemone"
+"#;
+    let flow = "[[flow]]\nkind = \"source\"\nposition = [-0.1, 0.05, 0.0]\nstrength = 0.003\npeak = 0.8\n";
+    let attached = |object: u32| format!("attach = {{ module = \"a\", object = {object} }}\n");
+    let still = recorded(sea, 60);
+    let tentacles = still.iter().filter(|(row, _)| row[0] == "reef.anemone/a" && row[2] == "0").count() / 2;
+    for object in [1, 2] {
+        let moved = recorded(&format!("{flow}{}{sea}", attached(object)), 60);
+        assert_eq!(moved.len(), still.len());
+        let mut far = [0.0_f64; 3];
+        for ((row, now), (same, rest)) in moved.iter().zip(&still) {
+            assert_eq!(row, same);
+            let apart = (0..3).map(|axis| (now[axis] - rest[axis]).abs()).fold(0.0, f64::max);
+            let number: usize = row[1].parse().expect("a number");
+            let who = if row[0] == "reef.anemone/b" { 2 } else { number / tentacles };
+            far[who] = far[who].max(apart);
+        }
+        let own = object as usize - 1;
+        assert_eq!(far[own], 0.0, "the anemone does not feel what moves with it");
+        assert!(far[1 - own] > 1e-3 && far[2] > 1e-3, "its neighbour and the fibre do: {far:?}");
+    }
+}
+
+#[test]
+fn recorded_fibres_keep_their_lengths_and_end_where_they_break_off() {
+    let sea = r#"
+[[flow]]
+kind = "directional"
+direction = [1, 0, 0.3]
+speed = 0.2
+[modules.a]
+use = "reef.anemone"
+[[modules.a.fibres]]
+break_force = 0.005
+[[modules.a.fibres]]
+position = [50.0, -4.0, 30.0]
+count = [12, 3]
+spacing = 0.5
+"#;
+    let rows = recorded(sea, 60);
+    let numbers: std::collections::BTreeSet<usize> =
+        rows.iter().map(|(row, _)| row[1].parse().expect("a number")).collect();
+    assert_eq!(numbers, (1..=36).collect(), "the first one broke off, and the others keep their numbers");
+    assert_eq!(rows.len(), 360);
+    for nodes in rows.chunks(10) {
+        for pair in nodes.windows(2) {
+            let length = (0..3).map(|axis| (pair[1].1[axis] - pair[0].1[axis]).powi(2)).sum::<f64>().sqrt();
+            assert!((length / 0.006 - 1.0).abs() < 1e-7, "{length} m");
+        }
+    }
+}
+
+#[test]
+fn a_module_at_fault_ends_the_hashes_and_keeps_what_was_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (scene, csv, state, journal) = (file("sea.toml"), file("out.csv"), file("state"), file("journal"));
+    let sea = "[modules.a]\nuse = 'fixture.faulty'\nfault = 'panic_in_step'\nin_step = 5\n\
+               [modules.b]\nuse = 'reef.anemone'\nfibres = [{}]\n";
+    fs::write(&scene, sea).expect("a file");
+    let plugins = artifacts().folder_of(&["reef_fixture_faulty"]);
+    let plugins = plugins.path().to_str().expect("UTF-8");
+    let arguments =
+        ["sim", &scene, "--steps", "9", "--plugin-dir", plugins, "--record", &csv, "--journal", &journal];
+    for more in [["--hash"].as_slice(), &["--save-state", &state]] {
+        let output = reef(&[arguments.as_slice(), more].concat());
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains("step 5: no hash and no state from here on"), "{told}");
+        let csv = fs::read_to_string(&csv).expect("the recording");
+        let last = csv.lines().last().and_then(|line| line.split(',').next());
+        assert_eq!(last, Some("5"), "the step of the fault is there, too");
+        let journal = fs::read_to_string(&journal).expect("the journal");
+        assert_eq!(journal.lines().last(), Some("{\"end\":5}"));
+        assert!(!PathBuf::from(&state).exists());
+    }
+    // Nobody asks for hashes: the sea goes on, as it does in the window.
+    let output = reef(&arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let csv = fs::read_to_string(&csv).expect("the recording");
+    assert_eq!(csv.lines().last().and_then(|line| line.split(',').next()), Some("9"));
+}
+
 #[test]
 fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -258,6 +374,51 @@ fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
             whole,
             "{scene}"
         );
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn paths_that_are_no_utf8_are_answered_and_logs_have_no_colours() {
+    use std::{ffi::OsString, os::unix::ffi::OsStringExt};
+    let folder = tempfile::tempdir().expect("a folder");
+    let odd = |name: &[u8]| folder.path().join(OsString::from_vec(name.to_vec()));
+    let plugins = odd(b"plug\xffins");
+    fs::create_dir(&plugins).expect("a folder");
+    fs::write(plugins.join(OsString::from_vec(b"lib\xfe.so".to_vec())), "no library").expect("a file");
+    fs::copy(artifacts().plugin("reef_particles"), plugins.join("libreef_particles.so")).expect("a copy");
+    let scene = odd(b"s\xffea.toml");
+    fs::write(&scene, "[camera]\nviewport = [16, 16]\n").expect("a file");
+    let bad = odd(b"b\xffad.toml");
+    fs::write(&bad, "[scene]\nsed = 1\n").expect("a file");
+    let library = plugins.join("libreef_particles.so");
+    let program = installed().path().join(format!("reef{}", env::consts::EXE_SUFFIX));
+    let run = |arguments: &[&std::ffi::OsStr], code: i32| {
+        let mut command = Command::new(&program);
+        command.args(["--assets".as_ref(), workspace().join("assets").as_os_str()]).args(arguments);
+        let output = command.env_remove("REEF_LOG").env_remove("NO_COLOR").output().expect("it runs");
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {told}");
+        assert!(!told.contains('\x1b'), "a log file has no colours: {told:?}");
+        if arguments.contains(&"--json".as_ref()) {
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON");
+        }
+        told
+    };
+    let word = |text: &'static str| std::ffi::OsStr::new(text);
+    let [json, dir] = [word("--json"), word("--plugin-dir")];
+    run(&[word("scene"), word("check"), scene.as_os_str(), bad.as_os_str(), json], 2);
+    let told = run(&[word("scene"), word("check"), scene.as_os_str(), dir, plugins.as_os_str(), json], 0);
+    assert!(told.contains("WARN") && told.contains("not"), "the file that is no library is told: {told}");
+    run(&[word("plugin"), word("list"), dir, plugins.as_os_str(), json], 2);
+    run(&[word("plugin"), word("check"), library.as_os_str(), word("--only"), word("entry"), json], 0);
+    run(&[word("sim"), scene.as_os_str(), word("--steps"), word("1"), json], 0);
+    let weed = plugins.join("weed");
+    run(&[word("plugin"), word("new"), weed.as_os_str(), word("--lang"), word("c"), json], 0);
+    if cfg!(target_os = "linux") && env::var_os("REEF_REQUIRE").is_some() {
+        let picture = odd(b"pic\xffture.png");
+        run(&[word("render"), scene.as_os_str(), word("--out"), picture.as_os_str(), json], 0);
+        assert!(picture.exists());
     }
 }
 

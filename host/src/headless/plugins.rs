@@ -10,7 +10,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     headless::scaffold,
-    open::say,
+    open::{say, shown},
     plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
 };
 
@@ -65,10 +65,10 @@ fn to_json(registry: &Registry) -> Value {
     let refused: Vec<Value> = registry
         .refused()
         .iter()
-        .map(|refused| json!({"path": refused.path, "reason": refused.reason.to_string()}))
+        .map(|refused| json!({"path": shown(&refused.path), "reason": refused.reason.to_string()}))
         .collect();
     let notes: Vec<Value> =
-        registry.notes().iter().map(|(path, note)| json!({"path": path, "note": note})).collect();
+        registry.notes().iter().map(|(path, note)| json!({"path": shown(path), "note": note})).collect();
     let plugins: Vec<&PluginInfo> = registry.infos().map(AsRef::as_ref).collect();
     json!({"plugins": plugins, "refused": refused, "notes": notes})
 }

@@ -18,7 +18,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Picture, Validation, packages},
-    open::{self, say},
+    open::{self, say, shown},
     render::{Quality, Settings},
 };
 
@@ -90,7 +90,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     sink.finish()?;
     if common.json {
         say(json!({
-            "out": args.out,
+            "out": shown(&args.out),
             "frames": args.frames,
             "width": size.0,
             "height": size.1,

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
-    open::{self, say},
+    open::{self, say, shown},
     report,
     world::scene::{reference, schema},
 };
@@ -45,12 +45,13 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             for path in scenes {
                 match open::scene(common, path, &plugins) {
                     Ok(scene) if common.json => {
-                        answers.push(json!({ "scene": path, "ok": true, "name": scene.name }));
+                        answers.push(json!({ "scene": shown(path), "ok": true, "name": scene.name }));
                     }
                     Ok(_) => say(format_args!("{}: fine", path.display())),
                     Err(failure) => {
                         if common.json {
-                            answers.push(json!({ "scene": path, "ok": false, "error": failure.to_string() }));
+                            let error = failure.to_string();
+                            answers.push(json!({ "scene": shown(path), "ok": false, "error": error }));
                         }
                         // The last failure ends the command; those before it are told here.
                         if let Some(before) = failed.replace(failure) {

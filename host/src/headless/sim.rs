@@ -117,32 +117,44 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let mut hashes = Vec::new();
     let began = Instant::now();
     let mut simulated = 0.0;
+    let mut broken = None;
     for _ in 0..steps {
         if args.reload_at == Some(world.clock().step + 1) {
             reload(&mut world, open::workers(common))?;
         }
         world.step();
         simulated += world.step_seconds();
-        if hashing {
-            let digest = chain.add(&mut world).map_err(|error| Failure::check(miette::miette!("{error}")))?;
-            if args.hash {
-                if plain {
-                    say(format_args!("step {} {}", world.clock().step, hex(&digest)));
-                } else {
-                    hashes.push(hex(&digest));
-                }
-            }
-        }
         if let Some(out) = &mut recording
             && world.clock().step % args.every == 0
         {
             record::write(&world, &filter, out).map_err(|error| Failure::input(out.error(&error)))?;
+        }
+        if hashing {
+            match chain.add(&mut world) {
+                Ok(digest) if args.hash && plain => {
+                    say(format_args!("step {} {}", world.clock().step, hex(&digest)));
+                }
+                Ok(digest) if args.hash => hashes.push(hex(&digest)),
+                Ok(_) => {}
+                // A module that stands still has no state: no hash or state can be given from here on.
+                Err(error) => {
+                    broken = Some((world.clock().step, error));
+                    break;
+                }
+            }
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
     if let Some(recording) = recording {
         recording.finish().map_err(Failure::input)?;
+    }
+    if let Some((step, error)) = broken {
+        world.flush_journal().map_err(Failure::input)?;
+        return Err(Failure::check(miette::miette!(
+            help = "what was recorded up to there, and the journal, are kept",
+            "step {step}: no hash and no state from here on: {error}"
+        )));
     }
     if let Some(mut file) = state {
         let bytes = world.save(Some(&chain)).map_err(Failure::input)?;

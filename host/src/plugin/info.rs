@@ -6,7 +6,7 @@ use std::{
 };
 
 use reef_abi as abi;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Longest string that a descriptor may hold [bytes], but for the schema.
 const LONGEST: usize = 4096;
@@ -72,6 +72,7 @@ pub struct PluginInfo {
     /// One sentence.
     pub description: String,
     /// The library's file; None: linked into the program.
+    #[serde(serialize_with = "shown")]
     pub path: Option<PathBuf>,
     /// The version of `reef_sim.h` that it was built with.
     pub contract: String,
@@ -83,6 +84,10 @@ pub struct PluginInfo {
     pub state_version: u32,
     /// The oldest that it reads.
     pub state_min_version: u32,
+}
+
+fn shown<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    path.as_deref().map(crate::open::shown).serialize(serializer)
 }
 
 impl PluginInfo {

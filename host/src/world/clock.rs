@@ -1,5 +1,8 @@
 //! The fixed-step clock: time is a count of steps.
 
+/// The last step that a saved run or a journal may be at: time counts no further in whole steps.
+pub const LATEST: u64 = 1 << 53;
+
 /// Where the sea is in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use reef_abi as abi;
 
-use super::water::Objects;
+use super::water::{Attached, Objects};
 use crate::plugin::streams::Outputs;
 
 /// Bits of an id below the number of the module.
@@ -73,13 +73,13 @@ pub(super) struct Exchange {
     retired: Vec<Arc<Vec<abi::Flow>>>,
     /// The retired one whose memory `begin` handed out.
     shell: Option<Arc<Vec<abi::Flow>>>,
-    /// How many of them are the scene's.
-    own: usize,
+    /// What of the scene's own moves with an object.
+    attached: Vec<Attached>,
     /// Where each module's begin in `all`, and an end.
     starts: Vec<usize>,
     actors: Vec<abi::Actor>,
     actor_starts: Vec<usize>,
-    /// `all` with one module's own ids, for those modules that emitted flow.
+    /// `all` with one module's own ids, for those modules that emitted flow or carry some of the scene's.
     heard: Vec<Vec<abi::Flow>>,
     actors_heard: Vec<Vec<abi::Actor>>,
 }
@@ -103,8 +103,8 @@ impl Exchange {
         }
     }
 
-    /// An empty list for the scene's own primitives.
-    pub(super) fn begin(&mut self) -> Vec<abi::Flow> {
+    /// Empty lists for the scene's own primitives, and for what of them moves with objects.
+    pub(super) fn begin(&mut self) -> (Vec<abi::Flow>, Vec<Attached>) {
         let mut list = Vec::new();
         for at in 0..self.retired.len() {
             if let Some(old) = Arc::get_mut(&mut self.retired[at]) {
@@ -114,12 +114,13 @@ impl Exchange {
             }
         }
         list.clear();
-        list
+        self.attached.clear();
+        (list, std::mem::take(&mut self.attached))
     }
 
     /// Adds what the modules said in the step before to the scene's own primitives, and makes everyone's lists.
-    pub(super) fn share(&mut self, mut flow: Vec<abi::Flow>) {
-        self.own = flow.len();
+    pub(super) fn share(&mut self, mut flow: Vec<abi::Flow>, attached: Vec<Attached>) {
+        self.attached = attached;
         self.starts.clear();
         self.actor_starts.clear();
         self.actors.clear();
@@ -140,9 +141,13 @@ impl Exchange {
         for (module, said) in self.said.iter().enumerate() {
             let heard = &mut self.heard[module];
             heard.clear();
-            if self.starts[module] < self.starts[module + 1] {
+            let mut carried = self.attached.iter().filter(|attached| attached.module == module).peekable();
+            if self.starts[module] < self.starts[module + 1] || carried.peek().is_some() {
                 heard.extend_from_slice(&flow);
                 heard[self.starts[module]..self.starts[module + 1]].copy_from_slice(&said.flows);
+                for attached in carried {
+                    heard[attached.flow].owner = attached.object;
+                }
             }
             let heard = &mut self.actors_heard[module];
             heard.clear();
@@ -236,9 +241,9 @@ mod tests {
         let mut exchange = Exchange::new(3);
         exchange.said[0].flows = vec![flow(1, 10.0)];
         exchange.said[1].flows = vec![flow(1, 20.0), flow(2, 21.0)];
-        let mut own = exchange.begin();
+        let (mut own, attached) = exchange.begin();
         own.push(flow(0, 1.0));
-        exchange.share(own);
+        exchange.share(own, attached);
         for module in 0..3 {
             let heard: Vec<f32> = exchange.flow_for(module).iter().map(|flow| flow.strength).collect();
             assert_eq!(heard, [1.0, 10.0, 20.0, 21.0], "the order is the same for all");
@@ -253,6 +258,27 @@ mod tests {
             assert_eq!(own_id(module, foreign_id(module, 7)), 7);
             assert_eq!(own_id(module, foreign_id(module + 1, 7)), foreign_id(module + 1, 7));
             assert_eq!(own_id(module, 0), 0);
+        }
+    }
+
+    #[test]
+    fn what_the_scene_attaches_belongs_to_the_object_in_its_modules_own_words() {
+        // An id of all 64 bits: the module's number cannot be read back from it.
+        let id = 0xfedc_ba98_7654_3210;
+        let mut exchange = Exchange::new(3);
+        exchange.said[2].flows = vec![flow(5, 20.0)];
+        for (object, module) in [(id, 0), (7, 1), (9, 2)] {
+            let (mut own, mut attached) = exchange.begin();
+            own.extend([flow(0, 1.0), flow(foreign_id(module, object), 2.0)]);
+            attached.push(Attached { flow: 1, module, object });
+            exchange.share(own, attached);
+            for hearer in 0..3 {
+                let heard = exchange.flow_for(hearer)[1].owner;
+                let wanted = if hearer == module { object } else { foreign_id(module, object) };
+                assert_eq!(heard, wanted, "what {hearer} hears of {module}'s");
+            }
+            let last = exchange.flow_for(2)[2].owner;
+            assert_eq!((last, exchange.flow_for(0)[2].owner), (5, foreign_id(2, 5)));
         }
     }
 

@@ -14,7 +14,7 @@ use glam::{DVec3, Quat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{frame::CameraPose, water::Poke};
+use super::{clock::LATEST, frame::CameraPose, water::Poke};
 use crate::files::{self, WriteError};
 
 /// Version of the format.
@@ -199,6 +199,10 @@ impl Journal {
                 format!("journal format {}; this program reads {FORMAT}", header.reef_journal),
             ));
         }
+        let beyond = |step: u64| format!("step {step} is beyond the last one, {LATEST}");
+        if header.from_step > LATEST {
+            return Err(fail(1, beyond(header.from_step)));
+        }
         let mut journal = Self { end: header.from_step, header, entries: Vec::new() };
         let mut ended = false;
         for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
@@ -208,12 +212,18 @@ impl Journal {
             }
             if line.trim_start().starts_with("{\"end\"") {
                 let end: End = serde_json::from_str(line).map_err(|error| fail(number, error.to_string()))?;
+                if end.end > LATEST {
+                    return Err(fail(number, beyond(end.end)));
+                }
                 journal.end = end.end;
                 ended = true;
                 continue;
             }
             let entry: Entry = serde_json::from_str(line).map_err(|error| fail(number, error.to_string()))?;
             let before = journal.entries.last().map_or(journal.header.from_step + 1, |before| before.step);
+            if entry.step > LATEST {
+                return Err(fail(number, beyond(entry.step)));
+            }
             if entry.step < before {
                 return Err(fail(number, format!("step {} comes after step {before}", entry.step)));
             }
@@ -284,6 +294,11 @@ mod tests {
         assert_eq!(told(&back), "j:3: step 3 comes after step 9");
         let odd = text.replace("0.96", "9.6");
         assert_eq!(told(&odd), "j:4: its numbers make no sense");
+        for (from, line) in [("\"from_step\":0", 1), ("\"step\":9", 4), ("\"end\":600", 6)] {
+            let key = from.split(':').next().unwrap_or_default();
+            let far = text.replace(from, &format!("{key}:{}", u64::MAX));
+            assert_eq!(told(&far), format!("j:{line}: step {} is beyond the last one, {LATEST}", u64::MAX));
+        }
         let unknown = text.replace("\"reach\"", "\"raech\"");
         assert!(told(&unknown).starts_with("j:3: unknown field `raech`"), "{}", told(&unknown));
     }

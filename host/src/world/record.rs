@@ -1,7 +1,8 @@
 //! Recordings: where everything was, as CSV that any program reads.
 //!
 //! Columns `step,time,plugin,stream,object,node,x,y,z,radius`: metres, seconds, y up, still water at y = 0, twelve
-//! significant digits. Step 0 is the state before the first step.
+//! significant digits. Step 0 is the state before the first step. Objects keep their numbers; one that is gone (a fibre
+//! that broke off, say) has no more rows.
 
 use std::io::{self, Write};
 

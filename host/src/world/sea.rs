@@ -625,12 +625,12 @@ impl World {
         self.obstacles.clear();
         self.water.obstacles(time, &mut self.obstacles);
         self.obstacles.extend_from_slice(&self.rocks);
-        let mut flow = self.exchange.begin();
-        self.water.flow(time, &self.exchange, &mut flow);
+        let (mut flow, mut attached) = self.exchange.begin();
+        self.water.flow(time, &self.exchange, &mut flow, &mut attached);
         for active in &self.pokes {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
-        self.exchange.share(flow);
+        self.exchange.share(flow, attached);
         let environment = self.environment.clone();
         let heightfield = environment.heightfield();
         let flags =

@@ -11,7 +11,10 @@ use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use reef_abi as abi;
+
 use super::{
+    clock::LATEST,
     exchange::{Listed, Said},
     hash::{Chain, hex, unhex},
     journal::{CameraInput, Journal},
@@ -20,7 +23,10 @@ use super::{
 };
 use crate::{
     files::{self, WriteError},
-    plugin::PluginError,
+    plugin::{
+        PluginError,
+        streams::{Outputs, check, limit},
+    },
 };
 
 const MAGIC: &[u8; 8] = b"REEFSAVE";
@@ -163,11 +169,7 @@ impl World {
         let mut envelopes = Vec::with_capacity(header.modules.len());
         let mut rest = Rest(sections);
         for module in &header.modules {
-            let flows = rest.list(module.flows)?;
-            let actors = rest.list(module.actors)?;
-            let objects: Vec<SavedObject> = rest.list(module.objects)?;
-            let objects = Listed::Loaded(objects.iter().map(|o| (o.id, o.origin)).collect());
-            said.push(Said { flows, actors, objects });
+            said.push(rest.said(module)?);
             envelopes.push(rest.take(module.envelope)?);
         }
         if !rest.0.is_empty() {
@@ -235,6 +237,9 @@ impl World {
         if theirs != ours {
             return other(format!("its modules are {theirs}; this scene's are {ours}"));
         }
+        if header.step > LATEST {
+            return Err(damaged(&format!("its step {} is beyond the last one, {LATEST}", header.step)));
+        }
         if header.pokes.len() > MOST_POKES || header.pokes.iter().any(|active| !active.poke.is_sound()) {
             return Err(damaged("its pokes make no sense"));
         }
@@ -280,6 +285,29 @@ impl<'a> Rest<'a> {
         let (taken, rest) = self.0.split_at(length);
         self.0 = rest;
         Ok(taken)
+    }
+
+    /// What a module said in the saved step, looked at as what a step emits: other modules are about to hear it.
+    fn said(&mut self, module: &ModuleHeader) -> Result<Said, StateError> {
+        let of = |problem: String| StateError::Damaged(format!("of the module {}: {problem}", module.name));
+        for (stream, count, most) in [
+            ("flow", module.flows, limit::FLOWS),
+            ("actor", module.actors, limit::ACTORS),
+            ("object", module.objects, limit::OBJECTS),
+        ] {
+            if count > most {
+                return Err(of(format!("stream {stream} has {count} elements; the limit is {most}")));
+            }
+        }
+        let (flows, actors) = (self.list(module.flows)?, self.list(module.actors)?);
+        let saved: Vec<SavedObject> = self.list(module.objects)?;
+        let object =
+            |saved: &SavedObject| abi::Object { id: saved.id, origin: saved.origin, ..Default::default() };
+        let objects = saved.iter().map(object).collect();
+        let outputs = Outputs { flows, actors, objects, ..Outputs::default() };
+        check::Checker::default().check(&outputs, &check::alone).map_err(of)?;
+        let objects = Listed::Loaded(saved.iter().map(|saved| (saved.id, saved.origin)).collect());
+        Ok(Said { flows: outputs.flows, actors: outputs.actors, objects })
     }
 
     fn list<T: Pod>(&mut self, count: u64) -> Result<Vec<T>, StateError> {

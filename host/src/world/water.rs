@@ -19,6 +19,17 @@ pub trait Objects {
     fn find(&self, module: usize, object: u64) -> Option<([f64; 3], u64)>;
 }
 
+/// A primitive of the scene's that moves with an object: that one does not feel it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attached {
+    /// Number of the primitive in the list that it stands in.
+    pub flow: usize,
+    /// Number of the object's module.
+    pub module: usize,
+    /// The object, as its module calls it.
+    pub object: u64,
+}
+
 /// All primitives and moving obstacles of a scene.
 #[derive(Clone, Debug)]
 pub struct Water {
@@ -49,8 +60,15 @@ impl Water {
         Ok(Self { primitives, obstacles })
     }
 
-    /// The scene's primitives at a time [s], in its order. What is attached to something that is not there is left out.
-    pub fn flow(&self, time: f64, objects: &dyn Objects, out: &mut Vec<abi::Flow>) {
+    /// The scene's primitives at a time [s], in its order. What is attached to something that is not there is left out;
+    /// what is attached to something is listed in `attached`.
+    pub fn flow(
+        &self,
+        time: f64,
+        objects: &dyn Objects,
+        out: &mut Vec<abi::Flow>,
+        attached: &mut Vec<Attached>,
+    ) {
         for primitive in &self.primitives {
             let mut flow = primitive.base;
             let mut position = primitive.position.at(time);
@@ -58,6 +76,7 @@ impl Water {
                 let Some((origin, owner)) = objects.find(module, object) else { continue };
                 position = [0, 1, 2].map(|axis| position[axis] + origin[axis]);
                 flow.owner = owner;
+                attached.push(Attached { flow: out.len(), module, object });
             }
             flow.position = position;
             // Between two opposite keys an axis may pass through zero: it then keeps no direction, and moves nothing.
@@ -276,8 +295,10 @@ mod tests {
     }
 
     fn flow_at(water: &Water, time: f64, objects: &dyn Objects) -> Vec<abi::Flow> {
-        let mut flow = Vec::new();
-        water.flow(time, objects, &mut flow);
+        let (mut flow, mut attached) = (Vec::new(), Vec::new());
+        water.flow(time, objects, &mut flow, &mut attached);
+        let owned: Vec<usize> = (0..flow.len()).filter(|at| flow[*at].owner != 0).collect();
+        assert_eq!(attached.iter().map(|attached| attached.flow).collect::<Vec<_>>(), owned);
         flow
     }
 

@@ -9,6 +9,7 @@ use super::{
     table::{self, Rule},
     verdict::Verdict,
 };
+use crate::open::shown;
 
 /// Room for the names of checks.
 const WIDTH: usize = 26;
@@ -78,7 +79,7 @@ pub(super) fn json(path: &Path, judgements: &[Judgement]) -> Value {
         })
         .collect();
     json!({
-        "path": path,
+        "path": shown(path),
         "checks": checks,
         "passed": passed,
         "failed": failed,

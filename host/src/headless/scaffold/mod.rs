@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
-    open::say,
+    open::{say, shown},
 };
 
 /// Options of `reef plugin new`.
@@ -76,7 +76,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     ];
     if common.json {
         let files: Vec<&str> = files.iter().map(|(path, _)| *path).collect();
-        say(json!({ "folder": args.folder, "id": id(&name), "files": files, "commands": commands }));
+        say(json!({ "folder": shown(&args.folder), "id": id(&name), "files": files, "commands": commands }));
         return Ok(());
     }
     say(format_args!("{folder}: the plugin {}, and a scene that shows it. Next:", id(&name)));

@@ -8,8 +8,9 @@
 use serde_json::Value as Json;
 
 use super::{
-    document::{Node, Path, Span, Value},
+    document::{LARGEST_NUMBER, Node, Path, Span, Value},
     error::Fault,
+    unit::{Unit, from_metres, to_metres},
     whole::parse_color,
 };
 
@@ -18,20 +19,34 @@ const MOST_FAULTS: usize = 20;
 /// References followed on the way to one value; a schema that needs more refers to itself.
 const DEEPEST_REFERENCE: usize = 32;
 
+/// The farthest that anything may be, and the longest [m]: streams know places up to ten times as far.
+const FARTHEST: f64 = 1e5;
+/// The least length that is not nothing [m].
+const SMALLEST: f64 = 1e-9;
+
 /// The one pattern of text that schemas use: a colour as `#RRGGBB`.
 pub const COLOR: &str = "^#[0-9A-Fa-f]{6}$";
 
-/// What the checker leaves out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Leniency {
+/// What a schema does not say of the table that is held against it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
     /// Missing keys are fine at the top (a species that builds on another).
     pub missing_keys: bool,
+    /// Metres per unit of the table's lengths. The schema's ranges are in metres.
+    pub scale: f64,
+}
+
+impl Default for Terms {
+    fn default() -> Self {
+        Self { missing_keys: false, scale: 1.0 }
+    }
 }
 
 /// All faults of `node`, found at `path` of its file, against `schema`, whose references lead into `root`.
-pub fn check(root: &Json, schema: &Json, node: &Node, path: &Path, leniency: Leniency) -> Vec<Fault> {
-    let mut checker = Checker { root, faults: Vec::new(), lenient_depth: None };
-    if leniency.missing_keys {
+pub fn check(root: &Json, schema: &Json, node: &Node, path: &Path, terms: Terms) -> Vec<Fault> {
+    let mut checker =
+        Checker { root, faults: Vec::new(), lenient_depth: None, scale: terms.scale, unit: None };
+    if terms.missing_keys {
         checker.lenient_depth = Some(path.0.len());
     }
     checker.value(schema, node, node.span.clone(), path, 0);
@@ -43,11 +58,22 @@ struct Checker<'a> {
     root: &'a Json,
     faults: Vec<Fault>,
     lenient_depth: Option<usize>,
+    /// Metres per unit.
+    scale: f64,
+    /// Of what is looked at, or of what that is in.
+    unit: Option<&'a str>,
 }
 
 impl<'a> Checker<'a> {
     /// `place` is where to point for faults of the value as a whole: its key for tables, itself for all else.
     fn value(&mut self, schema: &'a Json, node: &Node, place: Span, path: &Path, depth: usize) {
+        let around = self.unit;
+        self.unit = schema.get("x-unit").and_then(Json::as_str).or(around);
+        self.value_in_unit(schema, node, place, path, depth);
+        self.unit = around;
+    }
+
+    fn value_in_unit(&mut self, schema: &'a Json, node: &Node, place: Span, path: &Path, depth: usize) {
         if depth > DEEPEST_REFERENCE {
             return;
         }
@@ -118,7 +144,7 @@ impl<'a> Checker<'a> {
                 }
                 _ => None,
             };
-            let problem = format!("is {}, but must be {}", node.kind(), describe(self.root, schema));
+            let problem = format!("is {}, but must be {}", node.kind(), self.describe(schema));
             self.fault(place.clone(), path, problem, help);
         }
         fits
@@ -139,13 +165,45 @@ impl<'a> Checker<'a> {
         self.fault(place.clone(), path, format!("is {json}, but must be {}", one_of(&allowed)), help);
     }
 
+    /// Ranges are looked at in metres, and told in the table's own units.
     fn number(&mut self, schema: &Json, value: f64, place: &Span, path: &Path) {
+        let power = Unit::read(self.unit.unwrap_or_default()).power;
+        let metres = to_metres(value, power, self.scale);
         if let Some(bounds) = Bounds::of(schema)
-            && !bounds.contain(value)
+            && !bounds.contain(metres)
+            && !bounds.from_metres(power, self.scale).contain(value)
         {
-            let problem = format!("is {value}, but must be {}", describe(self.root, schema));
+            let problem = format!("is {}, but must be {}", figure(value), self.describe(schema));
             self.fault(place.clone(), path, problem, None);
+        } else if let Some(allowed) = self.beyond_any_length(schema, metres) {
+            self.fault(place.clone(), path, format!("is {}, but must be {allowed}", figure(value)), None);
+        } else if metres.abs() > LARGEST_NUMBER {
+            let problem = format!("is {}, which is beyond every sensible size in metres", figure(value));
+            let help = format!("`scale` makes {metres:e} of it; the limit is 1e15 either way");
+            self.fault(place.clone(), path, problem, Some(help));
         }
+    }
+
+    /// What would be allowed where a length [m] is too great for a sea, or no zero and yet too small for a size.
+    fn beyond_any_length(&self, schema: &Json, metres: f64) -> Option<String> {
+        if self.unit != Some("m") {
+            return None;
+        }
+        let own = |metres: f64| from_metres(metres, 1, self.scale);
+        let unit = if self.scale == 1.0 { String::new() } else { format!(" of `scale` = {}", self.scale) };
+        if metres.abs() > FARTHEST {
+            return Some(format!("within {} [m{unit}] of the middle, as every length", own(FARTHEST)));
+        }
+        let bounds = Bounds::of(schema)?;
+        let size = bounds.minimum.or(bounds.above).is_some_and(|least| least >= 0.0);
+        let zero = if bounds.minimum == Some(0.0) { "0, or " } else { "" };
+        (size && metres > 0.0 && metres < SMALLEST)
+            .then(|| format!("{zero}at least {} [m{unit}], as every size", own(SMALLEST)))
+    }
+
+    /// What a schema allows here, in the table's own units.
+    fn describe(&self, schema: &Json) -> String {
+        Words { root: self.root, scale: self.scale }.schema(schema, self.unit, 0)
     }
 
     fn text(&mut self, schema: &Json, text: &str, place: &Span, path: &Path) {
@@ -244,8 +302,7 @@ impl<'a> Checker<'a> {
         {
             if node.entry(name).is_none() && !meant.contains(&name) {
                 let rule = known.and_then(|known| known.get(name));
-                let allowed =
-                    rule.map(|rule| describe(self.root, rule)).unwrap_or_else(|| "a value".to_owned());
+                let allowed = rule.map(|rule| self.describe(rule)).unwrap_or_else(|| "a value".to_owned());
                 let here = if path.0.is_empty() { String::new() } else { format!(" of {path}") };
                 let problem = format!("the key `{name}`{here} is missing; it must be {allowed}");
                 self.fault(place.clone(), path, problem, None);
@@ -256,8 +313,7 @@ impl<'a> Checker<'a> {
     /// `anyOf` and `oneOf`: fine when one choice fits; else the faults of the choice that was probably meant.
     fn choice(&mut self, choices: &'a [Json], node: &Node, place: &Span, path: &Path, depth: usize) {
         let try_one = |choice: &'a Json| {
-            let mut inner =
-                Checker { root: self.root, faults: Vec::new(), lenient_depth: self.lenient_depth };
+            let mut inner = Checker { faults: Vec::new(), ..*self };
             inner.value(choice, node, place.clone(), path, depth + 1);
             inner.faults
         };
@@ -325,7 +381,7 @@ impl<'a> Checker<'a> {
         let kinds: Vec<String> = choices
             .iter()
             .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
-            .map(|choice| describe(self.root, choice))
+            .map(|choice| self.describe(choice))
             .collect();
         self.fault(
             place.clone(),
@@ -426,7 +482,25 @@ impl Bounds {
         (bounds != Self::default()).then_some(bounds)
     }
 
-    fn contain(&self, value: f64) -> bool {
+    /// The same bounds for numbers in units of `scale` metres, of a unit that goes with the length by `power`.
+    pub fn from_metres(&self, power: i32, scale: f64) -> Self {
+        let own = |bound: Option<f64>| bound.map(|bound| from_metres(bound, power, scale));
+        Self {
+            minimum: own(self.minimum),
+            maximum: own(self.maximum),
+            above: own(self.above),
+            below: own(self.below),
+        }
+    }
+
+    /// The nearest value between minimum and maximum.
+    pub fn nearest(&self, value: f64) -> f64 {
+        let value = self.minimum.map_or(value, |bound| value.max(bound));
+        self.maximum.map_or(value, |bound| value.min(bound))
+    }
+
+    /// Whether they allow a value.
+    pub fn contain(&self, value: f64) -> bool {
         self.minimum.is_none_or(|bound| value >= bound)
             && self.maximum.is_none_or(|bound| value <= bound)
             && self.above.is_none_or(|bound| value > bound)
@@ -451,90 +525,116 @@ impl Bounds {
 
 /// What a schema allows, in words: "a number from 0 to 1 [m]".
 pub fn describe(root: &Json, schema: &Json) -> String {
-    describe_at(root, schema, 0)
+    Words { root, scale: 1.0 }.schema(schema, None, 0)
 }
 
-fn describe_at(root: &Json, schema: &Json, depth: usize) -> String {
-    if depth > DEEPEST_REFERENCE {
-        return "a value".to_owned();
-    }
-    let unit = schema.get("x-unit").and_then(Json::as_str).filter(|unit| !unit.is_empty());
-    let bounds = Bounds::of(schema).map(|bounds| format!(" {}", bounds.words())).unwrap_or_default();
-    let unit = unit.map(|unit| format!(" [{unit}]")).unwrap_or_default();
-    let target = deref(root, schema);
-    if let Some(Json::Array(values)) = target.get("enum") {
-        return one_of(&values.iter().filter(|value| !value.is_null()).collect::<Vec<_>>());
-    }
-    if let Some(value) = target.get("const") {
-        return value.to_string();
-    }
-    for word in ["anyOf", "oneOf"] {
-        if let Some(Json::Array(choices)) = target.get(word) {
-            let choices: Vec<&Json> = choices
-                .iter()
-                .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
-                .collect();
-            if let Some((tag, values)) =
-                tag_of(root, &choices.iter().map(|c| (*c).clone()).collect::<Vec<_>>())
-            {
-                return format!("a table with `{tag}` = {}", quoted(&values));
-            }
-            let named: Option<Vec<&Json>> =
-                choices.iter().map(|choice| deref(root, choice).get("const")).collect();
-            if let Some(named) = named {
-                return one_of(&named);
-            }
-            let mut words: Vec<String> =
-                choices.iter().map(|choice| describe_at(root, choice, depth + 1)).collect();
-            words.dedup();
-            return format!("{}{bounds}{unit}", words.join(", or "));
-        }
-    }
-    let names: Vec<&str> = match target.get("type") {
-        Some(Json::String(name)) => vec![name],
-        Some(Json::Array(names)) => {
-            names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect()
-        }
-        _ => Vec::new(),
-    };
-    let own_bounds = match &bounds {
-        text if text.is_empty() => Bounds::of(target).map(|b| format!(" {}", b.words())).unwrap_or_default(),
-        text => text.clone(),
-    };
-    let words: Vec<String> = names
-        .iter()
-        .map(|name| match *name {
-            "boolean" => "true or false".to_owned(),
-            "integer" => format!("a whole number{own_bounds}{unit}"),
-            "number" => format!("a number{own_bounds}{unit}"),
-            "string" if target.get("pattern").and_then(Json::as_str) == Some(COLOR) => {
-                "a colour like \"#F4F4F0\"".to_owned()
-            }
-            "string" => "text".to_owned(),
-            "array" => list_words(root, target, depth) + &unit,
-            "object" => "a table".to_owned(),
-            other => other.to_owned(),
-        })
-        .collect();
-    if words.is_empty() { "a value".to_owned() } else { words.join(", or ") }
+/// Tells what schemas allow.
+struct Words<'a> {
+    root: &'a Json,
+    /// Metres per unit of length of who reads it.
+    scale: f64,
 }
 
-fn list_words(root: &Json, schema: &Json, depth: usize) -> String {
-    let least = schema.get("minItems").and_then(Json::as_u64);
-    let most = schema.get("maxItems").and_then(Json::as_u64);
-    let inner = schema.get("items").map(|items| deref(root, items));
-    let numbers = inner.and_then(|inner| inner.get("type")).and_then(Json::as_str) == Some("number");
-    match (least, most) {
-        (Some(least), Some(most)) if least == most && numbers => format!("a list of {least} numbers"),
-        (Some(least), Some(most)) if least == most => format!("a list of {least}"),
-        _ => match inner {
-            Some(inner) if depth < 4 && inner.get("type").and_then(Json::as_str) != Some("object") => {
-                format!("a list, each {}", describe_at(root, inner, depth + 1))
+impl Words<'_> {
+    /// `around`: the unit of what it is in.
+    fn schema(&self, schema: &Json, around: Option<&str>, depth: usize) -> String {
+        if depth > DEEPEST_REFERENCE {
+            return "a value".to_owned();
+        }
+        let own = schema.get("x-unit").and_then(Json::as_str);
+        let power = Unit::read(own.or(around).unwrap_or_default()).power;
+        let words = |schema: &Json| {
+            let bounds = Bounds::of(schema)?.from_metres(power, self.scale);
+            Some(format!(" {}", bounds.words()))
+        };
+        let bounds = words(schema).unwrap_or_default();
+        let unit = own.or(around.filter(|_| power != 0 && self.scale != 1.0)).filter(|unit| !unit.is_empty());
+        let unit = unit.map(|unit| match power != 0 && self.scale != 1.0 {
+            true => format!(" [{unit}, of `scale` = {}]", self.scale),
+            false => format!(" [{unit}]"),
+        });
+        let unit = unit.unwrap_or_default();
+        let target = deref(self.root, schema);
+        if let Some(Json::Array(values)) = target.get("enum") {
+            return one_of(&values.iter().filter(|value| !value.is_null()).collect::<Vec<_>>());
+        }
+        if let Some(value) = target.get("const") {
+            return value.to_string();
+        }
+        for word in ["anyOf", "oneOf"] {
+            if let Some(Json::Array(choices)) = target.get(word) {
+                let choices: Vec<&Json> = choices
+                    .iter()
+                    .filter(|choice| choice.get("type").and_then(Json::as_str) != Some("null"))
+                    .collect();
+                if let Some((tag, values)) =
+                    tag_of(self.root, &choices.iter().map(|c| (*c).clone()).collect::<Vec<_>>())
+                {
+                    return format!("a table with `{tag}` = {}", quoted(&values));
+                }
+                let named: Option<Vec<&Json>> =
+                    choices.iter().map(|choice| deref(self.root, choice).get("const")).collect();
+                if let Some(named) = named {
+                    return one_of(&named);
+                }
+                let mut words: Vec<String> =
+                    choices.iter().map(|choice| self.schema(choice, None, depth + 1)).collect();
+                words.dedup();
+                return format!("{}{bounds}{unit}", words.join(", or "));
             }
-            Some(_) => "a list of tables".to_owned(),
-            None => "a list".to_owned(),
-        },
+        }
+        let names: Vec<&str> = match target.get("type") {
+            Some(Json::String(name)) => vec![name],
+            Some(Json::Array(names)) => {
+                names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect()
+            }
+            _ => Vec::new(),
+        };
+        let own_bounds = match &bounds {
+            text if text.is_empty() => words(target).unwrap_or_default(),
+            text => text.clone(),
+        };
+        let words: Vec<String> = names
+            .iter()
+            .map(|name| match *name {
+                "boolean" => "true or false".to_owned(),
+                "integer" => format!("a whole number{own_bounds}{unit}"),
+                "number" => format!("a number{own_bounds}{unit}"),
+                "string" if target.get("pattern").and_then(Json::as_str) == Some(COLOR) => {
+                    "a colour like \"#F4F4F0\"".to_owned()
+                }
+                "string" => "text".to_owned(),
+                "array" => self.list(target, depth) + &unit,
+                "object" => "a table".to_owned(),
+                other => other.to_owned(),
+            })
+            .collect();
+        if words.is_empty() { "a value".to_owned() } else { words.join(", or ") }
     }
+
+    fn list(&self, schema: &Json, depth: usize) -> String {
+        let least = schema.get("minItems").and_then(Json::as_u64);
+        let most = schema.get("maxItems").and_then(Json::as_u64);
+        let inner = schema.get("items").map(|items| deref(self.root, items));
+        let numbers = inner.and_then(|inner| inner.get("type")).and_then(Json::as_str) == Some("number");
+        match (least, most) {
+            (Some(least), Some(most)) if least == most && numbers => format!("a list of {least} numbers"),
+            (Some(least), Some(most)) if least == most => format!("a list of {least}"),
+            _ => match inner {
+                Some(inner) if depth < 4 && inner.get("type").and_then(Json::as_str) != Some("object") => {
+                    format!("a list, each {}", self.schema(inner, None, depth + 1))
+                }
+                Some(_) => "a list of tables".to_owned(),
+                None => "a list".to_owned(),
+            },
+        }
+    }
+}
+
+/// A number as people write it: with an exponent where it would have many zeros.
+fn figure(value: f64) -> String {
+    let plain = value == 0.0 || (1e-9..1e16).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
 }
 
 fn one_of(values: &[&Json]) -> String {

@@ -22,6 +22,8 @@ pub const MOST_ROCKS: u32 = 10_000;
 pub const MOST_HEIGHTS: u64 = 4_000_000;
 /// Most modules of a scene.
 pub const MOST_MODULES: usize = 64;
+/// Metres per unit of length.
+pub const SCALES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// Most wave trains, listed and raised by the wind.
 pub const MOST_WAVES: u32 = 256;
 
@@ -76,10 +78,10 @@ pub struct SceneTable {
     /// Length of a simulation step.
     #[schemars(range(min = 1e-5, max = 10.0), extend("x-unit" = "s"))]
     pub dt: f64,
-    /// Metres per unit of length of this file. All lengths of the file are multiplied by it, strengths of sources, holes and
-    /// whirlwinds by its cube, speeds by itself: so a scene can keep the numbers of a paper that has no metres. Modules get
-    /// it, too. Colours and the water's optics are not touched.
-    #[schemars(range(min = 1e-6, max = 1e6), extend("x-unit" = "m"))]
+    /// Metres per unit of length of this file. All lengths of the file are multiplied by it, speeds, too, strengths of
+    /// sources, holes and whirlwinds by its cube, and what is per metre is divided: so a scene can keep the numbers of a
+    /// paper that has no metres. Presets of the water's optics and units of matter (kg/m³, N, N/m, Pa·s) are not touched.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     pub scale: f64,
     /// How long the scene is worth watching: what is rendered when nothing else is asked for.
     #[schemars(range(min = 0.0, max = 86400.0), extend("x-unit" = "s"))]
@@ -463,7 +465,7 @@ pub struct LocalFlow {
     #[serde(default = "default_fade")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub fade: f64,
-    /// Moves with an object of a module.
+    /// Moves with an object of a module, which does not feel it.
     #[serde(default)]
     pub attach: Option<AttachTable>,
 }
@@ -502,7 +504,7 @@ pub struct WhirlwindFlow {
     #[serde(default = "default_fade")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub fade: f64,
-    /// Moves with an object of a module.
+    /// Moves with an object of a module, which does not feel it.
     #[serde(default)]
     pub attach: Option<AttachTable>,
 }
@@ -570,7 +572,7 @@ pub struct ShelterFlow {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub fade: f64,
-    /// Moves with an object of a module.
+    /// Moves with an object of a module, which does not feel it.
     #[serde(default)]
     pub attach: Option<AttachTable>,
 }

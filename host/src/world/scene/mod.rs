@@ -3,7 +3,7 @@
 //! A file goes through these stages, and the first that finds a fault ends the way: it is [`read`], parsed into a tree
 //! that knows where everything stands ([`document`]), held against the schema of its own keys and those of each module's
 //! plugin ([`check`]), its species are put together ([`species`]), and what only makes sense as a whole is
-//! looked at last ([`whole`]).
+//! looked at last ([`whole`]). What comes out is in metres, whatever unit of length the file counts in ([`mod@scale`]).
 
 pub mod check;
 pub mod document;
@@ -15,6 +15,7 @@ pub mod reference;
 pub mod scale;
 pub mod schema;
 pub mod species;
+pub mod unit;
 pub mod wave_tables;
 pub mod whole;
 
@@ -26,11 +27,13 @@ use std::{
 use serde_json::{Map, Value as Json, json};
 
 use self::{
-    check::{Leniency, check, did_you_mean, nearest},
+    check::{Bounds, Terms, check, did_you_mean, nearest},
     document::{Node, Path, Value},
     error::{Fault, SceneError, Source},
     format::SceneFile,
+    scale::{Defaults, in_metres},
     species::{Library, Mention, Species, check_species},
+    unit::{Unit, from_metres, to_metres},
 };
 
 /// What the loader has to know of a plugin.
@@ -126,15 +129,17 @@ pub struct Module {
     pub name: String,
     /// The plugin's id.
     pub plugin: String,
-    /// Parameters that the scene sets: number and value.
+    /// Parameters that the scene sets, in metres: number and value.
     pub params: Vec<(u32, f64)>,
-    /// The plugin's own keys.
+    /// The plugin's own keys, in metres.
     pub config: Json,
     /// Species that it names, by name.
     pub species: BTreeMap<String, Species>,
     source: Source,
     node: Node,
     key: Path,
+    /// What to say where the plugin refuses a length.
+    remark: Option<String>,
 }
 
 impl Module {
@@ -169,15 +174,20 @@ impl Module {
             }
             if !path.0.is_empty() && self.node.has(&Path(path.0[..1].to_vec())) {
                 let span = self.node.locate(&path);
-                let fault =
-                    Fault { span, path: self.key.join(&path), problem: problem.to_owned(), help: None };
+                let (path, help) = (self.key.join(&path), self.remark.clone());
+                let fault = Fault { span, path, problem: problem.to_owned(), help };
                 return SceneError::at(&self.source, fault);
             }
         }
         let problem = format!("the plugin {:?} refused: {message}", self.plugin);
         SceneError::at(
             &self.source,
-            Fault { span: self.node.span.clone(), path: self.key.clone(), problem, help: None },
+            Fault {
+                span: self.node.span.clone(),
+                path: self.key.clone(),
+                problem,
+                help: self.remark.clone(),
+            },
         )
     }
 }
@@ -197,15 +207,23 @@ pub fn load_text(
 ) -> Result<Scene, SceneError> {
     let node = read::parse(&source)?;
     let schema = format::schema();
-    let faults = check(&schema, &schema, &node, &Path::default(), Leniency::default());
+    let scale = scale_of(&node);
+    let terms = Terms { scale, ..Terms::default() };
+    let faults = check(&schema, &schema, &node, &Path::default(), terms);
     fail(&source, faults)?;
-    let file: SceneFile = serde_path_to_error::deserialize(node.to_json()).map_err(|error| {
-        let path = Path::parse(&error.path().to_string()).unwrap_or_default();
-        let fault = Fault { span: node.locate(&path), path, problem: error.inner().to_string(), help: None };
-        SceneError::at(&source, fault)
-    })?;
-    fail(&source, whole::check_whole(&file, &node))?;
-    let library = Library { source: &source, scene: &node, folder: &assets.join("species") };
+    let read = |json: Json| -> Result<SceneFile, SceneError> {
+        serde_path_to_error::deserialize(json).map_err(|error| {
+            let path = Path::parse(&error.path().to_string()).unwrap_or_default();
+            let fault =
+                Fault { span: node.locate(&path), path, problem: error.inner().to_string(), help: None };
+            SceneError::at(&source, fault)
+        })
+    };
+    let mut json = node.to_json();
+    fail(&source, whole::check_whole(&read(json.clone())?, &node))?;
+    in_metres(&schema, &schema, &mut json, scale, Defaults::Scaled);
+    let file = read(json)?;
+    let library = Library { source: &source, scene: &node, folder: &assets.join("species"), scale };
     let mut modules = Vec::new();
     let entries = node.get("modules").map(Node::entries).unwrap_or_default();
     for entry in entries {
@@ -221,7 +239,17 @@ pub fn load_text(
     files.extend(layers.filter_map(|layer| layer.file.clone()));
     files.sort();
     files.dedup();
-    Ok(Scene { path: path.to_owned(), name, file: scale::in_metres(file), modules, files })
+    Ok(Scene { path: path.to_owned(), name, file, modules, files })
+}
+
+/// Metres per unit of a file's lengths; 1 where it says none that makes sense.
+fn scale_of(node: &Node) -> f64 {
+    let scale = match node.get("scene").and_then(|table| table.get("scale")).map(|node| &node.value) {
+        Some(Value::Float(scale)) => *scale,
+        Some(Value::Integer(scale)) => *scale as f64,
+        _ => 1.0,
+    };
+    if format::SCALES.contains(&scale) { scale } else { 1.0 }
 }
 
 fn fail(source: &Source, faults: Vec<Fault>) -> Result<(), SceneError> {
@@ -257,10 +285,11 @@ fn module(
     if let Value::Table(entries) = &mut own.value {
         entries.retain(|entry| entry.key != "use" && entry.key != "params");
     }
+    let scale = library.scale;
     if let Some(schema) = &info.config_schema {
-        fail(source, check(schema, schema, &own, &key, Leniency::default()))?;
+        fail(source, check(schema, schema, &own, &key, Terms { scale, ..Terms::default() }))?;
     }
-    let params = params(table, &key, &info).map_err(|fault| SceneError::at(source, fault))?;
+    let params = params(table, &key, &info, scale).map_err(|fault| SceneError::at(source, fault))?;
     let mut named: Vec<Mention> = Vec::new();
     species::mentions(&own, &key, &mut named);
     let mut species = BTreeMap::new();
@@ -268,16 +297,21 @@ fn module(
         if species.contains_key(&mention.name) {
             continue;
         }
-        let found = library.resolve(&mention)?;
-        if let Some((root, schema)) =
-            info.config_schema.as_ref().and_then(|root| Some((root, species_schema(root)?)))
-            && let Some(error) = check_species(root, schema, &found)
+        let schema = info.config_schema.as_ref().and_then(|root| Some((root, species_schema(root)?)));
+        let found = library.resolve(&mention, schema)?;
+        if let Some((root, schema)) = schema
+            && let Some(error) = check_species(root, schema, &found, scale)
         {
             return Err(error);
         }
         species.insert(mention.name, found);
     }
-    let config = own.to_json();
+    let mut config = own.to_json();
+    if let Some(schema) = &info.config_schema {
+        in_metres(schema, schema, &mut config, scale, Defaults::Scaled);
+    }
+    let remark =
+        (scale != 1.0).then(|| format!("the plugin counts in metres; a unit of this scene is {scale} m"));
     Ok(Module {
         name: entry.key.clone(),
         plugin,
@@ -287,6 +321,7 @@ fn module(
         source: source.clone(),
         node: own,
         key,
+        remark,
     })
 }
 
@@ -295,7 +330,8 @@ pub fn species_schema(root: &Json) -> Option<&Json> {
     Some(check::deref(root, root.get("x-species")?))
 }
 
-fn params(table: &Node, key: &Path, info: &PluginInfo) -> Result<Vec<(u32, f64)>, Fault> {
+/// Parameters that a scene sets, and those with a length in their unit: their defaults are in the scene's units, too.
+fn params(table: &Node, key: &Path, info: &PluginInfo, scale: f64) -> Result<Vec<(u32, f64)>, Fault> {
     let key = key.key("params");
     let mut values = Vec::new();
     for entry in table.get("params").map(Node::entries).unwrap_or_default() {
@@ -309,17 +345,25 @@ fn params(table: &Node, key: &Path, info: &PluginInfo) -> Result<Vec<(u32, f64)>
             };
             return Err(Fault { span: entry.key_span.clone(), path, problem, help });
         };
-        match param.value_of(&entry.node) {
+        match param.value_of(&entry.node, scale) {
             Ok(value) => values.push((param.id, value)),
             Err(problem) => return Err(Fault { span: entry.node.span.clone(), path, problem, help: None }),
         }
+    }
+    if scale != 1.0 {
+        let set = values.len();
+        let unset = |param: &&ParamInfo| values[..set].iter().all(|(id, _)| *id != param.id);
+        let defaults: Vec<_> =
+            info.params.iter().filter(unset).filter_map(|param| param.scaled_default(scale)).collect();
+        values.extend(defaults);
     }
     Ok(values)
 }
 
 impl ParamInfo {
-    /// The number that the contract has for a value of a file; `Err`: what would be allowed.
-    fn value_of(&self, node: &Node) -> Result<f64, String> {
+    /// The number that the contract has for a value of a file whose lengths are in units of `scale` metres; `Err`: what would
+    /// be allowed.
+    fn value_of(&self, node: &Node, scale: f64) -> Result<f64, String> {
         let value = match (&self.kind, &node.value) {
             (ParamKind::Float { .. }, Value::Float(value)) => Some(*value),
             (ParamKind::Float { .. } | ParamKind::Int { .. }, Value::Integer(value)) => Some(*value as f64),
@@ -329,22 +373,57 @@ impl ParamInfo {
             }
             _ => None,
         };
-        let inside = |value: &f64| match self.kind {
-            ParamKind::Float { minimum, maximum } | ParamKind::Int { minimum, maximum } => {
-                (minimum..=maximum).contains(value)
-            }
-            _ => true,
+        let (power, bounds) = (self.power(), self.bounds());
+        let inside = |value: &f64| {
+            bounds.contain(to_metres(*value, power, scale))
+                || bounds.from_metres(power, scale).contain(*value)
         };
-        value.filter(inside).ok_or_else(|| format!("is {}, but must be {}", node.to_json(), self.words()))
+        let value = value.filter(inside).map(|value| self.in_metres(value, scale));
+        value.ok_or_else(|| format!("is {}, but must be {}", node.to_json(), self.words(scale)))
     }
 
-    /// What it takes, in words.
-    pub fn words(&self) -> String {
-        let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
+    /// The default of a scene whose lengths are in units of `scale` metres, as near as the range allows; None where the
+    /// plugin's own is just that.
+    fn scaled_default(&self, scale: f64) -> Option<(u32, f64)> {
+        let value = self.in_metres(self.default, scale);
+        (self.power() != 0 && value != self.default).then_some((self.id, value))
+    }
+
+    /// A value in metres, within the range.
+    fn in_metres(&self, value: f64, scale: f64) -> f64 {
+        let metres = self.bounds().nearest(to_metres(value, self.power(), scale));
+        if matches!(self.kind, ParamKind::Int { .. }) { metres.round() } else { metres }
+    }
+
+    /// The power by which its unit goes with the length.
+    fn power(&self) -> i32 {
+        Unit::read(&self.unit).power
+    }
+
+    fn bounds(&self) -> Bounds {
+        match self.kind {
+            ParamKind::Float { minimum, maximum } | ParamKind::Int { minimum, maximum } => {
+                Bounds { minimum: Some(minimum), maximum: Some(maximum), ..Bounds::default() }
+            }
+            _ => Bounds::default(),
+        }
+    }
+
+    /// What it takes, in words, in a scene whose lengths are in units of `scale` metres.
+    pub fn words(&self, scale: f64) -> String {
+        let power = self.power();
+        let unit = match self.unit.as_str() {
+            "" => String::new(),
+            unit if power != 0 && scale != 1.0 => format!(" [{unit}, of `scale` = {scale}]"),
+            unit => format!(" [{unit}]"),
+        };
+        let bound = |metres: f64| from_metres(metres, power, scale);
         match &self.kind {
-            ParamKind::Float { minimum, maximum } => format!("a number from {minimum} to {maximum}{unit}"),
+            ParamKind::Float { minimum, maximum } => {
+                format!("a number from {} to {}{unit}", bound(*minimum), bound(*maximum))
+            }
             ParamKind::Int { minimum, maximum } => {
-                format!("a whole number from {minimum} to {maximum}{unit}")
+                format!("a whole number from {} to {}{unit}", bound(*minimum), bound(*maximum))
             }
             ParamKind::Switch => "true or false".to_owned(),
             ParamKind::Choice(names) => format!("one of {}", names.join(", ")),

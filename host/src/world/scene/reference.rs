@@ -61,9 +61,12 @@ fn introduction() -> String {
          | `reef sim first.toml --steps 600 --record first.csv` | steps it without a GPU and writes down where everything was |\n\
          | `reef scene schema > scene.schema.json` | a JSON Schema with which editors complete and check keys |\n\n\
          A key that is not known, a value of the wrong type or out of its range is an error that names the file, the line, what is \
-         allowed and the nearest spelling. Numbers must be finite and below 1e15. A file may have 4 MiB.\n\n\
-         In the tables below, **unit** is what a number is in. A scene that sets `scale` (metres per unit) may write all lengths in \
-         units of its own, defaults included: m then stands for that unit.\n"
+         allowed and the nearest spelling. Numbers must be finite and below 1e15, lengths at most 100 km, and sizes 0 or at least 1 nm. \
+         A file may have 4 MiB.\n\n\
+         In the tables below, **unit** is what a number is in. A scene that sets `scale` (metres per unit) writes all lengths in \
+         units of its own, defaults included: m then stands for that unit, in m/s, m³/s, 1/m and 1/m³, too. What is allowed is \
+         allowed in metres, after that; an error tells it in the scene's units. Units of matter (kg/m³, N, N/m, Pa·s) stay as they \
+         are. Species in assets/species, and what no table of a species says, are in metres for every scene.\n"
     )
 }
 

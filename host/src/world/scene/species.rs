@@ -9,10 +9,11 @@ use std::path::{Path as FilePath, PathBuf};
 use serde_json::{Map, Value as Json};
 
 use super::{
-    check::{Leniency, check, did_you_mean, nearest},
+    check::{Terms, check, did_you_mean, nearest},
     document::{Node, Path, Span, Value},
     error::{Fault, SceneError, Source},
     read,
+    scale::{Defaults, in_metres},
 };
 
 /// Most species that one builds on another.
@@ -44,6 +45,13 @@ pub struct Layer {
     pub place: Span,
     /// The file on disk; None for a table of the scene.
     pub file: Option<PathBuf>,
+}
+
+impl Layer {
+    /// Metres per unit of its lengths, in a scene with units of `scale` metres.
+    fn scale(&self, scale: f64) -> f64 {
+        if self.file.is_none() { scale } else { 1.0 }
+    }
 }
 
 impl Species {
@@ -105,11 +113,14 @@ pub struct Library<'a> {
     pub scene: &'a Node,
     /// The folder of species files.
     pub folder: &'a FilePath,
+    /// Metres per unit of the scene's lengths. Files of species are in metres, for all scenes.
+    pub scale: f64,
 }
 
 impl Library<'_> {
-    /// The species that a mention names, with all it builds on.
-    pub fn resolve(&self, mention: &Mention) -> Result<Species, SceneError> {
+    /// The species that a mention names, with all it builds on, in metres. `schema`: what species are made of, and what its
+    /// references lead into. What no table says keeps the plugin's default, in metres.
+    pub fn resolve(&self, mention: &Mention, schema: Option<(&Json, &Json)>) -> Result<Species, SceneError> {
         let mut chain: Vec<String> = vec![mention.name.clone()];
         let first = self.layer(&mention.name, self.source, mention)?;
         let mut layers = vec![first];
@@ -148,7 +159,11 @@ impl Library<'_> {
         }
         let mut table = Map::new();
         for layer in layers.iter().rev() {
-            if let Json::Object(own) = layer.node.to_json() {
+            let mut own = layer.node.to_json();
+            if let Some((root, schema)) = schema {
+                in_metres(root, schema, &mut own, layer.scale(self.scale), Defaults::Metres);
+            }
+            if let Json::Object(own) = own {
                 merge(&mut table, own);
             }
         }
@@ -205,15 +220,16 @@ impl Library<'_> {
     }
 }
 
-/// Faults of a species against what its module's plugin says species are made of.
-pub fn check_species(root: &Json, schema: &Json, species: &Species) -> Option<SceneError> {
+/// Faults of a species against what its module's plugin says species are made of, in a scene with units of `scale` metres.
+pub fn check_species(root: &Json, schema: &Json, species: &Species, scale: f64) -> Option<SceneError> {
     for layer in &species.layers {
         let mut node = layer.node.clone();
         if let Value::Table(entries) = &mut node.value {
             entries.retain(|entry| entry.key != "base");
         }
         node.span = layer.place.clone();
-        let faults = check(root, schema, &node, &layer.path, Leniency { missing_keys: true });
+        let terms = Terms { missing_keys: true, scale: layer.scale(scale) };
+        let faults = check(root, schema, &node, &layer.path, terms);
         if let Some(error) = SceneError::all(&layer.source, faults) {
             return Some(error);
         }

@@ -16,6 +16,9 @@ use super::{
 /// A random sea's significant height over the water's depth where its waves break (Thornton & Guza 1982).
 const BREAKING: f64 = 0.6;
 
+/// Cells of the terrain's noise from one end to the other at most: beyond, its numbers are too coarse to tell two apart.
+const MOST_CELLS: f64 = 4e6;
+
 /// All such faults of a file.
 pub fn check_whole(file: &SceneFile, node: &Node) -> Vec<Fault> {
     let mut whole = Whole { node, faults: Vec::new() };
@@ -78,6 +81,17 @@ impl Whole<'_> {
             let problem =
                 format!("`size` and `cell` together give {heights:.3e} heights; the limit is {MOST_HEIGHTS}");
             self.fault(&path, problem, Some("make `cell` larger or `size` smaller".to_owned()));
+        }
+        // The finest layer of noise, in its own cells from one end of the bed to the other.
+        let longest = terrain.size[0].max(terrain.size[1]).max(terrain.cell);
+        let finest = f64::from(1_u32 << (terrain.octaves - 1));
+        let cells = longest / terrain.relief_length * finest;
+        if cells > MOST_CELLS {
+            let problem = format!(
+                "gives {cells:.1e} dunes of the finest layer from end to end; the limit is {MOST_CELLS:.1e}"
+            );
+            let help = format!("write at least {:.3e}, or fewer `octaves`", longest * finest / MOST_CELLS);
+            self.fault(&path.key("relief_length"), problem, Some(help));
         }
         if terrain.rocks.count as usize + terrain.rock.len() > MOST_ROCKS as usize {
             self.fault(

@@ -23,7 +23,7 @@ pub struct Config {
     /// Anemones and seagrasses scattered by seed.
     #[schemars(length(max = 1000))]
     pub scatter: Vec<Scatter>,
-    /// Bare fibres in grids, without a plant (the paper's figures 10 to 12).
+    /// Bare fibres in grids, without a plant (the paper's figures 10 to 12). Up to eight by eight of a grid are one object.
     #[schemars(length(max = 1000))]
     pub fibres: Vec<FibreGrid>,
     /// Tufts of guide fibres with more fibres interpolated between them (figure 18).
@@ -113,7 +113,7 @@ pub struct FibreGrid {
     #[schemars(range(min = 2, max = 256))]
     pub nodes: u32,
     /// L: length of each segment.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub length: f64,
     /// Radius at the root and at the tip; each node's is the same share of the one below.
     #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
@@ -130,7 +130,7 @@ pub struct FibreGrid {
     /// τ: time in which they follow the water; 0 is the paper's jump.
     #[schemars(range(min = 0.0, max = 60.0), extend("x-unit" = "s"))]
     pub relaxation: f64,
-    /// Force at the root that breaks a fibre off (§4.3). Without it: never.
+    /// Force at the root that breaks a fibre off (§4.3): then it is gone, from recordings, too. Without it: never.
     #[schemars(range(min = 1e-9, max = 1e12), extend("x-unit" = "N"))]
     pub break_force: Option<f64>,
     /// Lean from the vertical toward +x.
@@ -186,13 +186,13 @@ pub struct Tuft {
     #[schemars(range(min = 2, max = 64))]
     pub nodes: u32,
     /// L: length of each segment.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub length: f64,
     /// Radius at the root and at the tip.
     #[schemars(inner(range(min = 1e-9)), extend("x-unit" = "m"))]
     pub radius: [f64; 2],
     /// Radius of the disc that the roots stand on.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
+    #[schemars(range(min = 1e-9), extend("x-unit" = "m"))]
     pub spread: f64,
     /// Lean of the outermost fibres.
     #[schemars(range(min = 0.0, max = 170.0), extend("x-unit" = "deg"))]

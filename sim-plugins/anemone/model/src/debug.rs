@@ -4,7 +4,7 @@ use glam::DVec3;
 use reef_sdk::abi::{DebugLine, Flow};
 
 use crate::{
-    bed::{Bed, Settings},
+    bed::{Bed, Settings, own},
     reference::{NodeLoad, loads_of},
     shape::DragLaw,
     wide::{Drag, Force},
@@ -47,10 +47,11 @@ pub(crate) fn lines(
     'all: for batch in &bed.fibres {
         let chunk = &batch.chunk;
         for fibre in 0..chunk.count() {
-            let Some(plant) = batch.plants.get(fibre).and_then(|plant| bed.plants.get(*plant as usize))
-            else {
+            let Some(&number) = batch.plants.get(fibre) else { continue };
+            let Some(plant) = bed.plants.get(number as usize) else { continue };
+            if chunk.is_broken(fibre) {
                 continue;
-            };
+            }
             let shape = chunk.shape(fibre);
             let frame = chunk.root_frame(fibre);
             let nodes: Vec<DVec3> = (0..=chunk.segments()).map(|n| chunk.node(fibre, n).as_dvec3()).collect();
@@ -67,7 +68,8 @@ pub(crate) fn lines(
                 }
             };
             let velocity = |_: usize, at: DVec3| {
-                let v = reef_flow::reference::velocity(flow, (plant.origin + at).to_array(), 0);
+                let owner = own::id_of(number);
+                let v = reef_flow::reference::velocity(flow, (plant.origin + at).to_array(), owner);
                 DVec3::from(v) * f64::from(settings.current)
             };
             for (i, load) in

@@ -51,6 +51,8 @@ pub(crate) struct Harvest {
     pub(crate) materials: Vec<Material>,
     /// What the person who wrote the scene should know.
     pub(crate) remarks: Vec<String>,
+    /// How many seedlings are known to be within reach.
+    looked_at: usize,
 }
 
 /// What a species looks like in the streams.
@@ -80,6 +82,7 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
         let seedling = one(scene, anemone, i, kind);
         remark(&mut harvest, &seedling, &path, &anemone.species);
         harvest.seedlings.push(seedling);
+        within_reach(&mut harvest, &path)?;
     }
     for (i, scatter) in config.scatter.iter().enumerate() {
         let path = format!("scatter[{i}]");
@@ -95,6 +98,7 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
             count.add(&kind.species, u64::from(scatter.count), &path)?;
         }
         scattered(scene, scatter, i, &path, &kinds, &mut harvest);
+        within_reach(&mut harvest, &path)?;
     }
     for (i, grid) in config.fibres.iter().enumerate() {
         count.fibres(
@@ -102,14 +106,37 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
             grid.nodes,
             &format!("fibres[{i}]"),
         )?;
-        fibre_grid(scene, grid, &format!("fibres[{i}]"), &mut harvest)?;
+        fibre_grid(grid, &format!("fibres[{i}]"), &mut harvest)?;
+        within_reach(&mut harvest, &format!("fibres[{i}]"))?;
     }
     for (i, tuft) in config.tufts.iter().enumerate() {
         count.fibres(u64::from(tuft.fibres.max(tuft.guides)), tuft.nodes, &format!("tufts[{i}]"))?;
         let seedling = self::tuft(scene, tuft, &format!("tufts[{i}]"), &mut harvest)?;
         harvest.seedlings.push(seedling);
+        within_reach(&mut harvest, &format!("tufts[{i}]"))?;
     }
     Ok(harvest)
+}
+
+/// Farthest that a plant may stand from the middle of the world, and farthest that it may reach [m]: what streams take, less
+/// what the ground adds.
+const FARTHEST: f64 = 5e5;
+const LONGEST: f64 = 5e4;
+
+/// Refuses plants that no stream takes among those since the last look, which stand at `path`.
+fn within_reach(harvest: &mut Harvest, path: &str) -> Result<(), ConfigError> {
+    let new = std::mem::replace(&mut harvest.looked_at, harvest.seedlings.len());
+    for seedling in &harvest.seedlings[new..] {
+        let (far, long) = (seedling.position.abs().max_element(), seedling.plant.reach);
+        let within = far <= FARTHEST && long <= LONGEST;
+        if !within {
+            let problem = format!(
+                "puts a plant of {long:.0} m {far:.0} m from the middle of the world; the limits are {LONGEST} and {FARTHEST} m"
+            );
+            return Err(ConfigError::new(path, problem));
+        }
+    }
+    Ok(())
 }
 
 /// Fibres and nodes asked for so far.
@@ -198,13 +225,11 @@ fn material(surface: &Surface) -> Material {
     }
 }
 
-fn seedling(scene: &SceneInfo, kind: &Kind, position: DVec3, scale: f64, yaw: f64, seed: u64) -> Seedling {
+fn seedling(kind: &Kind, position: DVec3, scale: f64, yaw: f64, seed: u64) -> Seedling {
     let species = &kind.species;
-    // A species is in metres; where a scene is not, its plants keep their size among its other numbers.
-    let plant = Plant::grow(species, scale, seed);
     Seedling {
-        plant,
-        position: position * scene.scale,
+        plant: Plant::grow(species, scale, seed),
+        position,
         grounded: true,
         yaw,
         drag: Drag::Area { coefficient: species.tentacles.drag_coefficient as f32 },
@@ -219,7 +244,7 @@ fn seedling(scene: &SceneInfo, kind: &Kind, position: DVec3, scale: f64, yaw: f6
 fn one(scene: &SceneInfo, anemone: &Anemone, number: usize, kind: &Kind) -> Seedling {
     let seed = math::mix(scene.seed ^ math::mix(anemone.seed.map_or(number as u64, |s| u64::from(s) << 32)));
     let position = DVec3::from(anemone.position);
-    seedling(scene, kind, position, anemone.scale, anemone.yaw.to_radians(), seed)
+    seedling(kind, position, anemone.scale, anemone.yaw.to_radians(), seed)
 }
 
 fn remark(harvest: &mut Harvest, seedling: &Seedling, path: &str, name: &str) {
@@ -256,7 +281,7 @@ fn scattered(
         let yaw = random.between(0.0, std::f64::consts::TAU);
         let plant_seed = random.bits();
         let Some(kind) = kinds.get(name) else { continue };
-        let seedling = seedling(scene, kind, DVec3::new(place.x, 0.0, place.y), scale, yaw, plant_seed);
+        let seedling = seedling(kind, DVec3::new(place.x, 0.0, place.y), scale, yaw, plant_seed);
         remark(harvest, &seedling, path, name);
         harvest.seedlings.push(seedling);
     }
@@ -325,22 +350,15 @@ fn footless(guides: Vec<Strand>, followers: Vec<Follower>, spread: f64) -> Plant
 /// Rows and columns of a grid that are one object: they fill a batch, and their positions stay near its origin.
 const PATCH: usize = 8;
 
-fn fibre_grid(
-    scene: &SceneInfo,
-    grid: &FibreGrid,
-    path: &str,
-    harvest: &mut Harvest,
-) -> Result<(), ConfigError> {
+fn fibre_grid(grid: &FibreGrid, path: &str, harvest: &mut Harvest) -> Result<(), ConfigError> {
     let material = plain(&grid.colors, path, harvest)?;
-    let unit = scene.scale;
     let segments = grid.nodes as usize - 1;
     let [root, tip] = grid.radius;
-    let length = grid.length * unit;
-    let mut shape = FibreShape::straight(grid.nodes as usize, length, root * unit, tip * unit, 1.0, 0.0);
+    let mut shape = FibreShape::straight(grid.nodes as usize, grid.length, root, tip, 1.0, 0.0);
     for i in 0..segments {
         let share = (i + 1) as f64 / segments as f64;
-        shape.radii[i] = root * math::pow(tip / root, share) * unit;
-        shape.drag[i] = grid.drag.unwrap_or(shape.radii[i] * length);
+        shape.radii[i] = root * math::pow(tip / root, share);
+        shape.drag[i] = grid.drag.unwrap_or(shape.radii[i] * grid.length);
     }
     let bend = grid.curve.to_radians() / (segments.max(2) - 1) as f64;
     for rest in shape.rest.iter_mut().skip(1) {
@@ -361,7 +379,7 @@ fn fibre_grid(
         variation: 0x0080_8080,
     };
     let [columns, rows] = grid.count;
-    let offset = |i: u32, count: u32| (f64::from(i) - 0.5 * f64::from(count - 1)) * grid.spacing * unit;
+    let offset = |i: u32, count: u32| (f64::from(i) - 0.5 * f64::from(count - 1)) * grid.spacing;
     for (from_row, from_column) in
         (0..rows).step_by(PATCH).flat_map(|row| (0..columns).step_by(PATCH).map(move |column| (row, column)))
     {
@@ -376,10 +394,10 @@ fn fibre_grid(
                 strands.push(strand);
             }
         }
-        let spread = strands.iter().map(|s| s.place.offset.length()).fold(root * unit, f64::max);
+        let spread = strands.iter().map(|s| s.place.offset.length()).fold(root, f64::max);
         harvest.seedlings.push(Seedling {
             plant: footless(strands, Vec::new(), spread),
-            position: DVec3::from(grid.position) * unit + corner,
+            position: DVec3::from(grid.position) + corner,
             grounded: false,
             yaw: 0.0,
             drag,
@@ -399,7 +417,6 @@ fn tuft(scene: &SceneInfo, tuft: &Tuft, path: &str, harvest: &mut Harvest) -> Re
         return Err(ConfigError::new(format!("{path}.fibres"), problem));
     }
     let material = plain(&tuft.colors, path, harvest)?;
-    let unit = scene.scale;
     let mut random = Random::new(scene.seed, fnv1a_32(path.as_bytes()).into());
     let strands = (0..tuft.fibres)
         .map(|number| {
@@ -415,16 +432,16 @@ fn tuft(scene: &SceneInfo, tuft: &Tuft, path: &str, harvest: &mut Harvest) -> Re
             };
             let mut shape = FibreShape::straight(
                 tuft.nodes as usize,
-                tuft.length * unit,
-                tuft.radius[0] * unit,
-                tuft.radius[1] * unit,
+                tuft.length,
+                tuft.radius[0],
+                tuft.radius[1],
                 1.0,
                 0.0,
             );
             shape.drag = vec![tuft.drag; shape.segments()];
             Strand {
                 shape,
-                place: Place { offset: radial * (out * tuft.spread * unit), frame },
+                place: Place { offset: radial * (out * tuft.spread), frame },
                 stiffness: (tuft.stiffness, tuft.exponent),
                 relaxation: tuft.relaxation,
                 break_force: f64::INFINITY,
@@ -434,8 +451,8 @@ fn tuft(scene: &SceneInfo, tuft: &Tuft, path: &str, harvest: &mut Harvest) -> Re
         .collect();
     let (guides, followers) = split(strands, tuft.guides as usize);
     Ok(Seedling {
-        plant: footless(guides, followers, tuft.spread * unit),
-        position: DVec3::from(tuft.position) * unit,
+        plant: footless(guides, followers, tuft.spread),
+        position: DVec3::from(tuft.position),
         grounded: true,
         yaw: 0.0,
         drag: Drag::Given,

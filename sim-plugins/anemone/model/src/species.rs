@@ -144,7 +144,7 @@ pub struct Tentacles {
     /// C_D of eq. (9): greater catches more of the current. The paper's ½ρLr is 0.5.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub drag_coefficient: f64,
-    /// Force at the root that breaks one off (§4.3). Without it: never.
+    /// Force at the root that breaks one off (§4.3): then it is gone, from recordings, too. Without it: never.
     #[schemars(range(min = 1e-9, max = 1e9), extend("x-unit" = "N"))]
     pub break_force: Option<f64>,
 }

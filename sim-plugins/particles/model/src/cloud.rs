@@ -298,8 +298,8 @@ impl Cloud {
 
     /// One object a box.
     pub fn objects(&self) -> impl Iterator<Item = Object> + '_ {
-        (1_u64..).zip(&self.swarms).map(|(id, swarm)| Object {
-            id,
+        (0..).zip(&self.swarms).map(|(number, swarm)| Object {
+            id: id_of(number),
             origin: swarm.plan.center,
             bounds_radius: (swarm.half.length() + swarm.reach[1] + swarm.plan.size[1]) as f32,
             ..Object::default()
@@ -383,7 +383,7 @@ impl Cloud {
                 if !now.still || sphere[0] == UNKNOWN {
                     sphere[0] = swarm.around([&*x, &*y, &*z], &piece.alive[..members], groups);
                 }
-                fill(packed, field, sphere[0], &swarm.plan);
+                fill(packed, field, sphere[0], &swarm.plan, id_of(piece.swarm));
                 &*packed
             });
             if idle && !now.still {
@@ -525,7 +525,7 @@ impl Cloud {
             };
             let Scratch { packed, room } = scratch;
             let near = swarm.now.flowing.then(|| {
-                fill(packed, field, spheres[i], &swarm.plan);
+                fill(packed, field, spheres[i], &swarm.plan, id_of(piece.swarm));
                 &*packed
             });
             let ride = swarm.ride(piece.swarm, &levels, choice, near);
@@ -534,9 +534,15 @@ impl Cloud {
     }
 }
 
-/// Packs the water in a part of a box, as it is there for all of its particles.
-fn fill(packed: &mut Packed, field: &Field, part: Sphere, plan: &BoxPlan) {
-    packed.fill_near(field, part, plan.center, 0);
+/// The object that a box is, by its number.
+fn id_of(number: u32) -> u64 {
+    u64::from(number) + 1
+}
+
+/// Packs the water in a part of a box, the object `id`, as it is there for all of its particles: without what moves with the
+/// box itself.
+fn fill(packed: &mut Packed, field: &Field, part: Sphere, plan: &BoxPlan, id: u64) {
+    packed.fill_near(field, part, plan.center, id);
     packed.fit(plan.extent);
 }
 

@@ -154,9 +154,8 @@ pub struct BoxPlan {
     pub seed: u64,
 }
 
-/// Checks a configuration and fills in what it leaves open. `scale`: metres per unit of the scene's lengths; the seed is the
-/// scene's.
-pub fn plan(config: &Config, scale: f64, seed: u64) -> Result<Vec<BoxPlan>, ConfigError> {
+/// Checks a configuration and fills in what it leaves open. The seed is the scene's.
+pub fn plan(config: &Config, seed: u64) -> Result<Vec<BoxPlan>, ConfigError> {
     if config.boxes.len() > MOST_BOXES {
         let count = config.boxes.len();
         return Err(ConfigError::new("boxes", format!("has {count} boxes; the limit is {MOST_BOXES}")));
@@ -168,7 +167,7 @@ pub fn plan(config: &Config, scale: f64, seed: u64) -> Result<Vec<BoxPlan>, Conf
     let mut plans = Vec::new();
     let mut total = 0_u64;
     for (at, table) in config.boxes.iter().enumerate() {
-        let plan = plan_box(table, at, scale, config.slaves, seed)
+        let plan = plan_box(table, at, config.slaves, seed)
             .map_err(|error| error.within(&format!("boxes[{at}]")))?;
         total += u64::from(plan.count);
         if total > MOST_PARTICLES {
@@ -186,16 +185,16 @@ fn too_many(total: u64) -> ConfigError {
     ConfigError::new("", message)
 }
 
-fn plan_box(table: &BoxTable, at: usize, scale: f64, slaves: u32, seed: u64) -> Result<BoxPlan, ConfigError> {
+fn plan_box(table: &BoxTable, at: usize, slaves: u32, seed: u64) -> Result<BoxPlan, ConfigError> {
     let refuse = |path: &str, message: String| Err(ConfigError::new(path, message));
-    let [low, high] = [table.low, table.high].map(|corner| corner.map(|v| v * scale));
+    let (low, high) = (table.low, table.high);
     for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
         if !(low[i].is_finite() && high[i].is_finite()) {
             return refuse("low", format!("is no place along {axis}"));
         }
         let extent = high[i] - low[i];
         if extent <= 0.0 {
-            let (low, high) = (table.low[i], table.high[i]);
+            let (low, high) = (low[i], high[i]);
             return refuse("high", format!("must lie beyond `low` along {axis}: {high} is not above {low}"));
         }
         if !(LEAST_EXTENT..=GREATEST_EXTENT).contains(&extent) {
@@ -225,9 +224,7 @@ fn plan_box(table: &BoxTable, at: usize, scale: f64, slaves: u32, seed: u64) -> 
         }
         (Some(count), None, None) => u64::from(count),
         (None, concentration, None) => {
-            // In the scene's own units of length, as everything else in it.
-            let unit = scale * scale * scale;
-            let wanted = concentration.map_or(defaults.concentration, |c| c / unit);
+            let wanted = concentration.unwrap_or(defaults.concentration);
             if !(0.0..=1e18).contains(&wanted) {
                 return refuse("concentration", format!("must be at least 0, is {wanted}"));
             }
@@ -243,7 +240,7 @@ fn plan_box(table: &BoxTable, at: usize, scale: f64, slaves: u32, seed: u64) -> 
         };
         return Err(too_many(count).within(key));
     }
-    let size = table.size.map_or(defaults.size, |size| size.map(|v| v * scale));
+    let size = table.size.unwrap_or(defaults.size);
     if !(size[0] > 0.0 && size[1] >= size[0] && size[1] <= 10.0) {
         return refuse("size", "must be a least and a greatest diameter above 0, at most 10 m".into());
     }
@@ -253,9 +250,7 @@ fn plan_box(table: &BoxTable, at: usize, scale: f64, slaves: u32, seed: u64) -> 
     };
     let per_master = f64::from(slaves + 1);
     let follow = match table.follow {
-        Some([least, most]) if least >= 0.0 && most >= least && most.is_finite() => {
-            [least * scale, most * scale]
-        }
+        Some([least, most]) if least >= 0.0 && most >= least && most.is_finite() => [least, most],
         Some(_) => return refuse("follow", "must be a least and a greatest distance".into()),
         None => {
             let spacing = cube_root(volume / (count as f64).max(1.0));

@@ -111,7 +111,7 @@ impl Particles {
         config: &Config,
         upload: &mut dyn FnMut(&str, &Picture) -> Option<u32>,
     ) -> Result<Cloud, ConfigError> {
-        let plans = config::plan(config, scene.scale, scene.seed)?;
+        let plans = config::plan(config, scene.seed)?;
         let mut known: Vec<(&str, (u32, Mean))> = Vec::new();
         let mut textured = |name: &'static str, bytes: &[u8]| {
             if let Some((_, texture)) = known.iter().find(|(other, _)| *other == name) {

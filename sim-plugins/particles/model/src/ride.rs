@@ -44,6 +44,8 @@ pub struct Ride<'a> {
     pub unit: [f32; 3],
     /// Half of the box's extent [m].
     pub half: [f32; 3],
+    /// The box's extent [m]: exact, for the trace.
+    pub extent: [f64; 3],
     /// Who looks, relative to the box's middle [m].
     pub eye: [f32; 3],
     /// How slaves follow; None: they do not.
@@ -344,7 +346,7 @@ fn block<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     }
 }
 
-/// Sprites and trace.
+/// Sprites and trace. The trace is summed in f64: a slave's place from its master's is then that of their centres.
 fn emit(
     ride: &Ride<'_>,
     listed: &Listed<'_>,
@@ -368,7 +370,14 @@ fn emit(
         if let Some(trace) = trace.get_mut(number) {
             *trace = Trace {
                 object: u64::from(ride.object),
-                position: core::array::from_fn(|axis| ride.center[axis] + f64::from(position[axis])),
+                position: core::array::from_fn(|axis| {
+                    let moved = &scratch.displacement[axis];
+                    let [own, leader] = [own, leader].map(|rider| f64::from(moved[usize::from(rider)]));
+                    let follow = f64::from(follow);
+                    let offset = listed.at[axis][slot].wrapping_add(ride.now[axis]);
+                    let offset = f64::from(offset) / 4_294_967_296.0 * ride.extent[axis];
+                    ride.center[axis] + offset + (own * (1.0 - follow) + leader * follow)
+                }),
                 radius: look.size * ride.size,
                 node: (listed.first + number as u64) as u32,
                 kind: abi::TRACE_PARTICLE,

@@ -2,12 +2,12 @@
 
 use reef_sdk::{
     Chunks, Workers,
-    abi::{self, Actor, Material, Object, Trace},
+    abi::{self, Actor, Material, Object},
 };
 
 use reef_flow::simd::{blocks, prefetch};
 
-use super::{Bed, Listed, Spot};
+use super::{Bed, Listed, Spot, own::id_of};
 
 /// Elements of a stream that one job writes.
 const ELEMENTS: usize = 512;
@@ -37,7 +37,7 @@ impl Bed {
 
     /// The plants that others perceive: the crowns.
     pub fn actors(&self) -> impl Iterator<Item = Actor> + '_ {
-        let plant = |index: &u32| Some((u64::from(*index) + 1, self.plants.get(*index as usize)?));
+        let plant = |index: &u32| Some((id_of(*index), self.plants.get(*index as usize)?));
         self.perceived.iter().filter_map(plant).map(|(id, plant)| Actor {
             id,
             position: (plant.origin + plant.top.0).to_array(),
@@ -91,32 +91,5 @@ impl Bed {
             }
         });
         count
-    }
-
-    /// Every node as recordings see it: a foot and each of its tentacles are objects of their own, in that order.
-    pub fn trace(&self) -> impl Iterator<Item = Trace> + '_ {
-        let all = self
-            .plants
-            .iter()
-            .flat_map(|plant| self.listed[plant.fibres.clone()].iter().map(move |fibre| (plant, fibre.spot)));
-        (0_u64..).zip(all).flat_map(move |(object, (plant, spot))| {
-            let chunk = self.batch(&spot).map(|batch| &batch.chunk);
-            let lane = spot.lane as usize;
-            chunk.into_iter().flat_map(move |chunk| {
-                (0..=chunk.segments() as u32).map(move |node| Trace {
-                    object,
-                    position: (plant.origin + chunk.node(lane, node as usize).as_dvec3()).to_array(),
-                    radius: chunk.radius(lane, node as usize),
-                    node,
-                    kind: abi::TRACE_FIBRE,
-                    ..Trace::default()
-                })
-            })
-        })
-    }
-
-    /// Nodes in [`Self::trace`].
-    pub fn trace_len(&self) -> usize {
-        self.nodes
     }
 }

@@ -6,7 +6,9 @@
 
 mod emit;
 mod ground;
+pub(crate) mod own;
 mod pack;
+mod trace;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -118,11 +120,15 @@ pub(crate) struct Batch {
     blends: Vec<Blend>,
     /// Where fibres that stand by themselves stand; None: all ride on one foot.
     cell: Option<ground::Cell>,
+    /// L_i of each fibre [m], fibre by fibre: exact, where the chunk's are rounded.
+    lengths: Vec<f64>,
     /// What offsets and flow are relative to [m, world].
     pub(crate) anchor: DVec3,
     bounds: Sphere,
     pub(crate) packed: Packed,
     contacts: Contacts,
+    /// Made when some of its plants, but not all, must be stepped apart.
+    apart: Option<Box<own::Apart>>,
 }
 
 /// One plant in the bed.
@@ -177,6 +183,8 @@ pub struct Bed {
     breakable: bool,
     evaluations: (u64, u64),
     field: Field,
+    /// Plants that emit flow in this step, ascending.
+    emitters: Vec<u32>,
     applied: (f64, f64),
     placed: bool,
     /// Poses must be rebuilt from the bends before anything else.
@@ -202,6 +210,7 @@ impl Bed {
             breakable: false,
             evaluations: (0, 0),
             field: Field::new(),
+            emitters: Vec::new(),
             applied: (1.0, 0.0),
             placed: false,
             stale: true,
@@ -275,27 +284,23 @@ impl Bed {
         let moving = around.dt > 0.0;
         if moving {
             self.field.refill(around.flow);
+            own::list_emitters(around.flow, self.plants.len(), &mut self.emitters);
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
-        let Self { plants, footed, feet, fibres, followers, node_bounds, field, .. } = self;
+        let Self { plants, footed, feet, fibres, followers, node_bounds, field, emitters, .. } = self;
         // Summed by those who have the numbers at hand; whole numbers, so the order is nobody's business.
         let (evaluated, saved) = (AtomicU64::new(0), AtomicU64::new(0));
         let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]], ahead: &mut Ahead| {
-            batch.packed.fill_near(field, batch.bounds, batch.anchor.to_array(), 0);
-            let moving = (batch.chunk.nodes() - batch.chunk.count()) as u64;
-            evaluated.fetch_add(moving * u64::from(batch.packed.evaluated()), Ordering::Relaxed);
-            saved.fetch_add(moving * u64::from(batch.packed.saved()), Ordering::Relaxed);
-            batch.chunk.set_gain(around.dt, settings.damping);
-            wide::step_into(
-                around.level,
-                &mut batch.chunk,
-                &batch.packed,
-                &batch.contacts,
-                &constants,
-                nodes,
-                ahead,
-            );
+            let Batch { chunk, plants, packed, contacts, apart, anchor, bounds, .. } = batch;
+            chunk.set_gain(around.dt, settings.damping);
+            own::step(chunk, plants, emitters, apart, nodes, |chunk, owner, nodes| {
+                packed.fill_near(field, *bounds, anchor.to_array(), owner);
+                let moving = (chunk.nodes() - chunk.count()) as u64;
+                evaluated.fetch_add(moving * u64::from(packed.evaluated()), Ordering::Relaxed);
+                saved.fetch_add(moving * u64::from(packed.saved()), Ordering::Relaxed);
+                wide::step_into(around.level, chunk, packed, contacts, &constants, nodes, ahead);
+            });
         };
         each_batch(around.workers, feet, feet_nodes, &node_bounds[0], |batch, nodes, ahead| {
             if moving {

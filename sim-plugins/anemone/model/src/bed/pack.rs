@@ -216,10 +216,12 @@ impl Packer {
                     Seat::Plant(_) => None,
                     Seat::Cell(cell) => Some(cell),
                 },
+                lengths: open.lanes.iter().flat_map(|lane| lane.shape.lengths.iter().copied()).collect(),
                 anchor: DVec3::ZERO,
                 bounds: Sphere { center: [0.0; 3], radius: 0.0 },
                 packed: Packed::new(),
                 contacts: Contacts::default(),
+                apart: None,
             })
         };
         self.open.into_iter().filter_map(batch).collect()

@@ -1,5 +1,7 @@
 //! Up to 64 fibres, side by side in memory: what one job of a step works on.
 
+mod lane;
+
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};

@@ -110,7 +110,26 @@ pub fn module(path: &str) -> (SceneInfo, Config) {
         dt: 1.0 / 60.0,
         species: species.collect(),
     };
-    (info, serde_json::from_value(config).unwrap_or_else(|e| panic!("{path}: {e}")))
+    let mut config = serde_json::from_value(config).unwrap_or_else(|e| panic!("{path}: {e}"));
+    in_metres(&mut config, info.scale);
+    (info, config)
+}
+
+/// All lengths of a configuration in metres, as the host hands it over.
+fn in_metres(config: &mut Config, scale: f64) {
+    let Config { anemones, scatter, fibres, tufts } = config;
+    let mut all: Vec<&mut f64> = Vec::new();
+    anemones.iter_mut().for_each(|a| all.extend(&mut a.position));
+    for s in scatter {
+        all.extend(s.center.iter_mut().chain(&mut s.size).chain([&mut s.spacing]));
+    }
+    for f in fibres {
+        all.extend(f.position.iter_mut().chain(&mut f.radius).chain([&mut f.spacing, &mut f.length]));
+    }
+    for t in tufts {
+        all.extend(t.position.iter_mut().chain(&mut t.radius).chain([&mut t.length, &mut t.spread]));
+    }
+    all.into_iter().for_each(|length| *length *= scale);
 }
 
 /// The plants of a scene file.

@@ -428,6 +428,28 @@ fn wild_counts_are_refused_with_the_limit_named() {
 }
 
 #[test]
+fn plants_that_no_stream_takes_are_refused_where_they_stand() {
+    let refuse = |config: Config, path: &str| {
+        let error = Anemones::plant(&info(&["actinia-fragacea"]), &config).map(|_| ()).unwrap_err();
+        assert!(error.path == path && error.message.contains("the limits are"), "{error}");
+    };
+    let grid = |grid: FibreGrid| Config { fibres: vec![FibreGrid::default(), grid], ..Config::default() };
+    refuse(grid(FibreGrid { count: [1000, 1], spacing: 1e5, ..FibreGrid::default() }), "fibres[1]");
+    refuse(grid(FibreGrid { nodes: 256, length: 1e5, ..FibreGrid::default() }), "fibres[1]");
+    refuse(grid(FibreGrid { position: [0.0, -1e6, 0.0], ..FibreGrid::default() }), "fibres[1]");
+    let tuft = Tuft { spread: 1e5, ..Tuft::default() };
+    refuse(Config { tufts: vec![tuft], ..Config::default() }, "tufts[0]");
+    let mut far = one_strawberry();
+    far.anemones[0].position[2] = 1e15;
+    refuse(far, "anemones[0]");
+    for length in [0.0, 1e-300, -1.0] {
+        let config = grid(FibreGrid { length, ..FibreGrid::default() });
+        let error = Anemones::plant(&info(&[]), &config).map(|_| ()).unwrap_err();
+        assert_eq!(error.path, "fibres[1].length");
+    }
+}
+
+#[test]
 fn a_crowded_disc_is_told() {
     let mut scene = info(&["actinia-fragacea"]);
     scene.species["actinia-fragacea"]["tentacles"]["count"] = 4000.into();

@@ -4,7 +4,9 @@ mod alone;
 mod bed;
 mod common;
 mod fibre;
+mod own_flow;
 mod pace;
 #[path = "../common/scene.rs"]
 mod scene;
 mod species_table;
+mod trace;

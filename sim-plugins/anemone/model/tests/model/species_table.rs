@@ -76,7 +76,7 @@ fn readme() -> String {
         "# Species\n\n\
          Each file here is one species of anemone or seagrass; a scene names it without the ending. A table needs only what\n\
          differs from the defaults below. `base = \"OTHER\"` takes all else from another species. Lengths are metres at a size\n\
-         of 1; individuals differ by `variation`.\n\n\
+         of 1, whatever a scene counts in; individuals differ by `variation`.\n\n\
          Both tables are made from the code (`sim-plugins/anemone/model/src/species.rs`) and from the files, and a test keeps\n\
          them so.\n\n\
          ## Parameters\n\n\

@@ -3,7 +3,7 @@
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi::Wave;
 
-use super::{Cloud, Now, Surroundings, Swarm, fill, whole};
+use super::{Cloud, Now, Surroundings, Swarm, fill, id_of, whole};
 use crate::{
     drift::{Drift, Sight},
     levels::{Band, Choice, Levels, reach},
@@ -38,10 +38,10 @@ impl Cloud {
             self.reached.become_these(around.waves, around.depth);
         }
         let view = View::new(around.camera, levels.margin);
-        for swarm in &mut self.swarms {
+        for (id, swarm) in (0..).map(id_of).zip(&mut self.swarms) {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
-            fill(&mut swarm.packed, &self.field, bounds, &swarm.plan);
-            swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, 0);
+            fill(&mut swarm.packed, &self.field, bounds, &swarm.plan, id);
+            swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, id);
             // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
             let [vx, _, vz] = swarm.packed.uniform();
             self.met.clear();
@@ -179,6 +179,7 @@ impl Swarm {
             now: now.after,
             unit: self.unit,
             half: self.half.as_vec3().to_array(),
+            extent: self.plan.extent,
             eye: now.eye,
             follow: now.follow,
             fades: Fades {
