@@ -416,6 +416,7 @@ impl Cloud {
                 continue;
             }
             swarm.leavers.clear();
+            swarm.leavers.make_room(swarm.sources.source_count());
             for piece in swarm.pieces.clone() {
                 let left = &crossed[piece * slots..][..tallies[piece].crossed as usize];
                 for entry in left {

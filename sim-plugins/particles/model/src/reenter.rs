@@ -95,6 +95,11 @@ impl Leavers {
         self.slots.push((slot, axes));
     }
 
+    /// Makes room for so many sources and holes.
+    pub fn make_room(&mut self, sources: usize) {
+        self.inflow.make_room(sources);
+    }
+
     /// Whether nobody left.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
@@ -126,7 +131,7 @@ impl Leavers {
                 axes >> axis & 1 == 0 || (entry > 0.0 && entry > odds * exit)
             });
             if *axes == 0 || !flows_on {
-                let place = self.inflow.draw(water, seed, mix(chance));
+                let place = self.inflow.draw(water, mix(chance));
                 chunks.put(slot, place);
             }
         }
