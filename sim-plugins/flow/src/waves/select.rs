@@ -2,21 +2,21 @@
 //!
 //! The paper drops each train whose own amplitude is below the threshold A_min on the screen. Thirty of them may add up to
 //! several times that. Here the *sum* of the amplitudes that are left out, at the particle's own depth, stays below A_min:
-//! then so does the whole error, whatever the phases are.
+//! then so does the whole error, whatever the phases are. The paper's own rule is there, too, to compare.
 
 use reef_abi as abi;
 
 use super::{dispersion::exp, orbit::acts};
 use crate::math::cos_sin_f64;
 
-/// Distances in the table: four steps an octave from 2^−4 m to 2^12 m.
+/// Distances in the table: eight steps an octave from 2^−4 m to 2^12 m.
 const NEAREST: i32 = -4;
 const OCTAVES_OF_DISTANCE: i32 = 16;
-/// Depths below still water: four steps an octave from 2^−6 m to 2^14 m; above is the surface.
+/// Depths below still water: eight steps an octave from 2^−6 m to 2^14 m; above is the surface.
 const SHALLOWEST: i32 = -6;
 const OCTAVES_OF_DEPTH: i32 = 20;
 /// Steps an octave, as bits of the mantissa.
-const STEP_BITS: u32 = 2;
+const STEP_BITS: u32 = 3;
 
 /// What a camera makes of a length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,53 +39,82 @@ impl Lens {
     }
 }
 
+/// Which trains are left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rule {
+    /// Those that move water by less than A_min on the screen all together, at its own depth: nobody sees it.
+    #[default]
+    Sum,
+    /// Each that raises the surface by less than A_min on the screen (§3.3.1): together they may move water by several
+    /// times that.
+    Each,
+}
+
 /// How many trains count, by distance and depth. Depends on the trains' amplitudes and lengths alone, not on time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
+    rule: Rule,
+    /// See [`Lens::corner`].
+    corner: f32,
     /// A row a depth, shallow to deep; in it distances, near to far.
     counts: Vec<u16>,
 }
 
 impl Selection {
     /// The table for trains in their order, over the depth [m], through a lens, for a threshold A_min [px].
-    pub fn new(waves: &[abi::Wave], depth: f64, lens: Lens, threshold: f64) -> Self {
+    pub fn new(waves: &[abi::Wave], depth: f64, lens: Lens, threshold: f64, rule: Rule) -> Self {
         let waves: Vec<&abi::Wave> = waves.iter().filter(|wave| acts(wave)).collect();
-        let mut counts = Vec::new();
+        let mut counts = Vec::with_capacity(rows() * columns());
+        let mut axes = Vec::with_capacity(waves.len());
         for row in 0..rows() {
             // The shallow end of the row: what moves most.
-            let y = -step(row, SHALLOWEST);
-            let axes = waves.iter().map(|wave| {
-                f64::from(wave.amplitude) * wide_axis(f64::from(wave.wave_number), depth, y.max(-depth))
-            });
-            let axes: Vec<f64> = axes.collect();
+            let y = (-step(row, SHALLOWEST)).max(-depth);
+            axes.clear();
+            axes.extend(waves.iter().map(|wave| match rule {
+                Rule::Sum => f64::from(wave.amplitude) * wide_axis(f64::from(wave.wave_number), depth, y),
+                Rule::Each => f64::from(wave.amplitude),
+            }));
             let reach: f64 = axes.iter().sum();
             for column in 0..columns() {
-                // The near end of the column, and from there as near as the orbit comes.
-                let distance = step(column, NEAREST) - reach;
-                let allowed = if column == 0 || distance <= 0.0 {
-                    0.0
-                } else {
-                    threshold * distance / (lens.focal * lens.corner)
-                };
-                counts.push(needed(&axes, allowed));
+                // The near end of the column.
+                let distance = if column == 0 { 0.0 } else { step(column, NEAREST) };
+                counts.push(match rule {
+                    // And from there as near as the orbit comes.
+                    Rule::Sum if distance > reach => {
+                        let nearest = (distance - reach) * (distance - reach) / (distance + reach);
+                        needed(&axes, threshold * nearest / lens.focal)
+                    }
+                    Rule::Sum => needed(&axes, 0.0),
+                    Rule::Each => matter(&axes, threshold * distance / lens.focal),
+                });
             }
         }
-        Self { counts }
+        Self { rule, corner: lens.corner as f32, counts }
     }
 
     /// How many of the first trains matter for an orbit around a centre at the height `y` [m, world] whose distance from the
-    /// eye is `distance` [m].
+    /// eye is `distance` [m], in whatever part of the picture.
     pub fn count(&self, y: f32, distance: f32) -> usize {
+        self.count_at(y, distance, distance / self.corner)
+    }
+
+    /// The same in one part of the picture. `shown` [m]: a length covers there as much as it would in the picture's middle at
+    /// this distance from the eye: z²/d for a point at the distance d [m], z [m] along the view.
+    pub fn count_at(&self, y: f32, distance: f32, shown: f32) -> usize {
         let row = index(-y, SHALLOWEST, rows());
-        let column = index(distance, NEAREST, columns());
+        let along = match self.rule {
+            Rule::Sum => shown,
+            Rule::Each => distance,
+        };
+        let column = index(along, NEAREST, columns());
         self.counts.get(row * columns() + column).map_or(usize::MAX, |&count| usize::from(count))
     }
 }
 
-/// The paper's rule, to compare: trains from the front whose own amplitude covers `threshold` [px] or more at a distance
-/// [m].
-pub fn by_amplitude(waves: &[abi::Wave], lens: Lens, threshold: f64, distance: f64) -> usize {
-    waves.iter().take_while(|wave| f64::from(wave.amplitude) * lens.focal >= threshold * distance).count()
+/// Trains from the front of which each has at least the amplitude `least` [m].
+fn matter(axes: &[f64], least: f64) -> u16 {
+    let count = axes.iter().take_while(|axis| **axis >= least).count();
+    u16::try_from(count).unwrap_or(u16::MAX)
 }
 
 /// The least number of trains from the front, so that those after them sum to `allowed` at most.
@@ -125,7 +154,7 @@ fn columns() -> usize {
     1 + (OCTAVES_OF_DISTANCE << STEP_BITS) as usize
 }
 
-/// Where a row or column begins: 0, then four steps an octave from 2^first.
+/// Where a row or column begins: 0, then eight steps an octave from 2^first.
 fn step(index: usize, first: i32) -> f64 {
     let Some(above) = index.checked_sub(1) else { return 0.0 };
     let steps = 1_usize << STEP_BITS;

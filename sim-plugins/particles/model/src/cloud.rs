@@ -18,12 +18,13 @@ use crate::{
     config::BoxPlan,
     drift::{self, MOST_MEMBERS, SLOT, SLOTS, Sight, Slots, Tally, WORDS},
     fog::{Fog, Show},
+    group::Groups,
     inflow::Water,
     lasting::Lasting,
     levels::{self, Choice, Levels},
     looks::Looks,
     reenter::{self, Leavers},
-    ride::{self, Follow, Listed, Room},
+    ride::{self, Follow, Listed, Room, Work},
     seed,
     view::View,
 };
@@ -105,6 +106,7 @@ struct Now {
     after: [i32; 3],
     sight: Option<Sight>,
     eye: [f32; 3],
+    ahead: [f32; 4],
     follow: Option<Follow>,
 }
 
@@ -133,6 +135,7 @@ pub struct Cloud {
     /// Length of that step [s].
     last_dt: f64,
     tallies: Vec<Tally>,
+    work: Vec<Work>,
     fog: Vec<Billboard>,
     sprite_bounds: Vec<usize>,
     trace_bounds: Vec<usize>,
@@ -196,6 +199,7 @@ impl Cloud {
             jumped: Vec::new(),
             last_dt: 0.0,
             tallies: Vec::new(),
+            work: Vec::new(),
             fog: Vec::new(),
             sprite_bounds: Vec::new(),
             trace_bounds: Vec::new(),
@@ -217,6 +221,7 @@ impl Cloud {
         cloud.seen = vec![0; slots];
         cloud.crossed = vec![0; slots];
         cloud.tallies = vec![Tally::default(); cloud.pieces.len()];
+        cloud.work = vec![Work::default(); cloud.pieces.len()];
         cloud.spheres = vec![UNKNOWN; cloud.pieces.len()];
         cloud.jumped = vec![[0; WORDS]; cloud.pieces.len()];
         let cells = cloud.swarms.iter().map(|swarm| swarm.fog.cells()).sum();
@@ -229,8 +234,16 @@ impl Cloud {
         let places: Vec<[i32; 3]> = match plan.grid {
             Some(grid) => (0..count).map(|i| seed::grid_place(grid, i)).collect(),
             None => {
-                let places = (0..count).map(|i| seed::place(plan.seed, i)).collect();
-                seed::grouped(places, plan.extent, self.members)
+                let mut places: Vec<_> = (0..count).map(|i| seed::place(plan.seed, i)).collect();
+                let groups = Groups {
+                    extent: plan.extent,
+                    members: self.members,
+                    chunk: self.groups,
+                    range: plan.follow,
+                    seed: plan.seed,
+                };
+                groups.form(&mut places);
+                places
             }
         };
         let first_piece = self.pieces.len();
@@ -410,7 +423,7 @@ impl Cloud {
     /// Those who left their box, and those whose water vanished.
     fn settle(&mut self, around: &Surroundings<'_>) {
         let slots = self.slots();
-        let Self { swarms, at, crossed, tallies, members, groups, .. } = self;
+        let Self { swarms, at, crossed, jumped, tallies, members, groups, .. } = self;
         for swarm in swarms {
             if !swarm.packed.is_singular() {
                 continue;
@@ -436,6 +449,9 @@ impl Cloud {
                 members: *members,
                 groups: *groups,
                 now: swarm.now.after,
+                count: u64::from(swarm.plan.count),
+                range: swarm.plan.follow,
+                jumped: &mut jumped[swarm.pieces.clone()],
             };
             let water = Water {
                 packed: &swarm.packed,
@@ -489,6 +505,8 @@ impl Cloud {
         for (sprite, cell) in fog.iter_mut().zip(&self.fog) {
             *sprite = *cell;
         }
+        let trains = self.swarms.iter().map(|swarm| swarm.trains.len()).max().unwrap_or(0);
+        self.scratch.iter_mut().for_each(|scratch| scratch.room.make_room(trains));
         let (members, groups, levels) = (self.members, self.groups, self.levels);
         let choice = self.choosing.then_some(&self.choice);
         let Self {
@@ -503,13 +521,16 @@ impl Cloud {
             scratch,
             sprite_bounds,
             trace_bounds,
+            work,
             ..
         } = self;
         let (field, spheres, jumped) = (&*field, &*spheres, &*jumped);
         let (swarms, pieces, seen, tallies) = (&*swarms, &*pieces, &*seen, &*tallies);
         let at = at.each_ref().map(|axis| axis.as_slice());
-        let split = (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds));
-        workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace)| {
+        let split =
+            (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds), Chunks::new(work, 1));
+        workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace, work)| {
+            work[0] = Work::default();
             let piece = &pieces[i];
             let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
             if tallies[i].seen == 0 {
@@ -530,8 +551,14 @@ impl Cloud {
                 &*packed
             });
             let ride = swarm.ride(piece.swarm, &levels, choice, near);
-            ride::ride(around.level, &ride, &listed, room, sprites, trace);
+            work[0] = ride::ride(around.level, &ride, &listed, room, sprites, trace);
         });
+    }
+
+    /// Orbits that the last step computed, and the wave trains in all of them.
+    pub fn work(&self) -> [u64; 2] {
+        let sum = |of: fn(&Work) -> u32| self.work.iter().map(|work| u64::from(of(work))).sum();
+        [sum(|work| work.orbits), sum(|work| work.trains)]
     }
 }
 

@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 use reef_flow::{
     simd::{Lanes, mul_add},
-    waves::{Lens, Selection, select},
+    waves::{Lens, Rule, Selection, select},
 };
 use reef_sdk::abi::{Camera, Wave};
 
@@ -12,6 +12,8 @@ use reef_sdk::abi::{Camera, Wave};
 pub struct Levels {
     /// Leave out wave trains that nobody sees the work of (§3.3.1).
     pub trains: bool,
+    /// Which of them those are.
+    pub selection: Rule,
     /// Leave out orbits and sprites of what is not in view (§3.3.2).
     pub visible: bool,
     /// Let slaves follow their masters beyond D_m (§3.3.3).
@@ -38,6 +40,7 @@ impl Default for Levels {
     fn default() -> Self {
         Self {
             trains: true,
+            selection: Rule::Sum,
             visible: true,
             masters: true,
             fog: true,
@@ -148,24 +151,36 @@ struct Key {
     focal: f64,
     corner: f64,
     threshold: f64,
+    rule: Rule,
 }
 
 impl Choice {
     /// Looks at a step's trains through its camera.
-    pub fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, threshold: f64) {
+    pub fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, threshold: f64, rule: Rule) {
         let lens = Lens::new(camera);
-        let key = Key { focal: lens.focal, corner: lens.corner, threshold };
+        let key = Key { focal: lens.focal, corner: lens.corner, threshold, rule };
         if key == self.key && self.selection.is_some() && self.trains.are(waves, depth) {
             return;
         }
         self.key = key;
         self.trains.become_these(waves, depth);
-        self.selection = Some(Selection::new(waves, depth, lens, threshold));
+        self.selection = Some(Selection::new(waves, depth, lens, threshold, rule));
     }
 
     /// How many trains matter for orbits at the height `y` [m, world] at a distance [m] from the eye.
     pub fn count(&self, y: f32, distance: f32) -> usize {
         self.selection.as_ref().map_or(usize::MAX, |selection| selection.count(y, distance))
+    }
+
+    /// The same where a length is `shown` as in the picture's middle at this distance [m]; never more than `u16::MAX`.
+    pub fn count_at(&self, y: f32, distance: f32, shown: f32) -> u16 {
+        let count = self.selection.as_ref().map(|selection| selection.count_at(y, distance, shown));
+        count.and_then(|count| u16::try_from(count).ok()).unwrap_or(u16::MAX)
+    }
+
+    /// See [`Lens::corner`].
+    pub fn corner(&self) -> f32 {
+        self.key.corner as f32
     }
 }
 

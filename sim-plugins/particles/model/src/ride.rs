@@ -1,8 +1,8 @@
 //! Particles on the waves, eq. (2), and what is shown of them.
 //!
 //! Each particle that may be in view rides on its own orbit, unless it is a slave beyond D_m: then it is carried as its
-//! master is (§3.3.3). Between the two it goes over from one to the other smoothly. A slave follows only while it is
-//! d_pmin … d_pmax from its master; one that the currents took elsewhere rides by itself, and so do the slaves of a master
+//! master is (§3.3.3). Between the two it goes over from one to the other smoothly. Who follows at all, be it in part, is
+//! d_pmin … d_pmax from its master: one that the currents took elsewhere rides by itself, and so do the slaves of a master
 //! that is about to leave the box: on the other side the wave has another phase.
 
 use fearless_simd::{Simd, f32x8, f32x16};
@@ -46,6 +46,8 @@ pub struct Ride<'a> {
     pub half: [f32; 3],
     /// Who looks, relative to the box's middle [m].
     pub eye: [f32; 3],
+    /// The plane through the eye across its view: normal, and height over the box's middle [m].
+    pub ahead: [f32; 4],
     /// How slaves follow; None: they do not.
     pub follow: Option<Follow>,
     /// Where single particles fade; each None: nowhere.
@@ -112,17 +114,34 @@ pub struct Room {
     master: [Vec<f32>; 3],
     drift: [Vec<f32>; 3],
     distance: Vec<f32>,
+    /// z²/d: a length is shown as in the picture's middle at this distance.
+    shown: Vec<f32>,
     alpha: Vec<f32>,
     follow: Vec<f32>,
     own: Vec<u16>,
     leader: Vec<u16>,
     /// Who rides for each group's slaves.
     leaders: Vec<u16>,
-    /// Those who ride: centre, least distance from the eye, displacement, velocity.
+    /// Those who ride: centre, and the least distances of those whom they carry.
     q: [Vec<f32>; 3],
     nearest: Vec<f32>,
+    least_shown: Vec<f32>,
+    /// How many trains matter for each, and their order: those for whom most do first.
+    trains: Vec<u16>,
+    order: Vec<u16>,
+    /// How many riders each number of trains matters for.
+    starts: Vec<u16>,
     displacement: [Vec<f32>; 3],
     speed: [Vec<f32>; 3],
+}
+
+/// What a chunk's ride took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Orbits that were computed.
+    pub orbits: u32,
+    /// Wave trains in all of them.
+    pub trains: u32,
 }
 
 impl Default for Room {
@@ -134,6 +153,7 @@ impl Default for Room {
             master: three(),
             drift: three(),
             distance: one(),
+            shown: one(),
             alpha: one(),
             follow: one(),
             own: vec![NOBODY; SLOTS],
@@ -141,9 +161,20 @@ impl Default for Room {
             leaders: vec![NOBODY; SLOTS],
             q: three(),
             nearest: one(),
+            least_shown: one(),
+            trains: vec![0; SLOTS],
+            order: vec![0; SLOTS],
+            starts: Vec::new(),
             displacement: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
             speed: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
         }
+    }
+}
+
+impl Room {
+    /// Makes room for so many trains, so that no later ride allocates.
+    pub fn make_room(&mut self, trains: usize) {
+        self.starts.reserve((trains + 1).saturating_sub(self.starts.len()));
     }
 }
 
@@ -156,7 +187,7 @@ pub fn ride(
     scratch: &mut Room,
     sprites: &mut [Billboard],
     trace: &mut [Trace],
-) {
+) -> Work {
     gather(ride, listed, scratch);
     let count = listed.seen.len();
     reef_flow::dispatch!(level, simd => {
@@ -166,25 +197,49 @@ pub fn ride(
             place::<_, f32x8<_>, 8>(simd, ride, scratch, count);
         }
     });
-    let riders = choose(listed, scratch);
-    carry(level, ride, scratch, riders);
+    let riders = if ride.follow.is_some() { choose(listed, scratch) } else { all_ride(scratch, count) };
+    let trains = carry(level, ride, scratch, riders);
     emit(ride, listed, scratch, sprites, trace);
+    Work { orbits: riders as u32, trains }
 }
 
-/// Centres of the listed particles, and of their masters, side by side.
+/// Centres of the listed particles, and (where slaves follow) of their masters, side by side.
 fn gather(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) {
-    let padded = listed.seen.len().next_multiple_of(BLOCK);
+    let count = listed.seen.len();
+    let padded = count.next_multiple_of(BLOCK);
     for axis in 0..3 {
-        let (own, masters) = (&mut scratch.p[axis], &mut scratch.master[axis]);
         let (at, now, unit) = (listed.at[axis], ride.now[axis], ride.unit[axis]);
-        let offset = |slot: usize| at[slot].wrapping_add(now) as f32 * unit;
-        for ((own, master), entry) in own.iter_mut().zip(masters.iter_mut()).zip(listed.seen) {
-            let slot = usize::from(entry & SLOT);
-            *own = offset(slot);
-            *master = offset(slot & (listed.groups - 1));
+        let own = &mut scratch.p[axis];
+        side_by_side(listed.seen, |entry| usize::from(entry & SLOT), at, now, unit, own);
+        own[count..padded].fill(0.0);
+        if ride.follow.is_some() {
+            let masters = &mut scratch.master[axis];
+            let group = |entry| usize::from(entry & SLOT) & (listed.groups - 1);
+            side_by_side(listed.seen, group, at, now, unit, masters);
+            masters[count..padded].fill(0.0);
         }
-        own[listed.seen.len()..padded].fill(0.0);
-        masters[listed.seen.len()..padded].fill(0.0);
+    }
+}
+
+/// Offsets of some slots in metres. `slot`: that of an entry of the list.
+#[inline(always)]
+fn side_by_side(seen: &[u16], slot: impl Fn(u16) -> usize, at: &[i32], now: i32, unit: f32, out: &mut [f32]) {
+    let metres = |offset: i32| offset.wrapping_add(now) as f32 * unit;
+    let (blocks, rest) = seen.as_chunks::<BLOCK>();
+    let (out_blocks, out_rest) = out.split_at_mut(blocks.len() * BLOCK);
+    for (entries, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<BLOCK>().0) {
+        let (first, last) = (slot(entries[0]), slot(entries[BLOCK - 1]));
+        // Entries of one member ascend, and between two members lie more slots than a block has.
+        if last == first + BLOCK - 1
+            && let Some(own) = at.get(first..).and_then(|own| own.first_chunk::<BLOCK>())
+        {
+            *out = own.map(metres);
+        } else {
+            *out = entries.map(|entry| metres(at[slot(entry)]));
+        }
+    }
+    for (out, entry) in out_rest.iter_mut().zip(rest) {
+        *out = metres(at[slot(*entry)]);
     }
 }
 
@@ -204,6 +259,16 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
         let eye = splat::<S, V>(simd, ride.eye);
         let distance = length(sub(p, eye));
         distance.store_slice(&mut scratch.distance[here.clone()]);
+        if let Some(choice) = ride.choice {
+            let [x, y, z, height] = ride.ahead;
+            let along = mul_add(p[0], V::splat(simd, x), V::splat(simd, height));
+            let along = mul_add(p[2], V::splat(simd, z), mul_add(p[1], V::splat(simd, y), along));
+            let along = along.max(V::splat(simd, 0.0));
+            // Beyond the picture's corner nobody looks.
+            let corner = distance * V::splat(simd, 1.0 / choice.corner());
+            let shown = (along * along / distance.max(V::splat(simd, 1e-6))).max(corner);
+            shown.store_slice(&mut scratch.shown[here.clone()]);
+        }
         let mut alpha = ride.fades.near.ramp(simd, distance) * (one - ride.fades.end.ramp(simd, distance));
         if let Some(fog) = ride.fades.fog {
             alpha *= one - fog.ramp(simd, distance);
@@ -244,6 +309,20 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     }
 }
 
+/// Each rides by itself.
+fn all_ride(scratch: &mut Room, count: usize) -> usize {
+    for (q, p) in scratch.q.iter_mut().zip(&scratch.p) {
+        q[..count].copy_from_slice(&p[..count]);
+    }
+    scratch.nearest[..count].copy_from_slice(&scratch.distance[..count]);
+    scratch.least_shown[..count].copy_from_slice(&scratch.shown[..count]);
+    for (number, own) in (0..).zip(&mut scratch.own[..count]) {
+        *own = number;
+    }
+    scratch.leader[..count].fill(NOBODY);
+    count
+}
+
 /// Who rides: each that does not follow wholly, and the master of each that follows. Returns how many.
 fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
     let mut riders = 0;
@@ -265,10 +344,12 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
                     scratch.q[axis][riders] = scratch.master[axis][i];
                 }
                 scratch.nearest[riders] = distance;
+                scratch.least_shown[riders] = scratch.shown[i];
                 riders += 1;
             }
-            let nearest = &mut scratch.nearest[usize::from(leader)];
-            *nearest = nearest.min(distance);
+            let at = usize::from(leader);
+            scratch.nearest[at] = scratch.nearest[at].min(distance);
+            scratch.least_shown[at] = scratch.least_shown[at].min(scratch.shown[i]);
             if is_master {
                 scratch.own[i] = leader;
             } else {
@@ -281,43 +362,74 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
                 scratch.q[axis][riders] = scratch.p[axis][i];
             }
             scratch.nearest[riders] = distance;
+            scratch.least_shown[riders] = scratch.shown[i];
             riders += 1;
         }
     }
     riders
 }
 
-/// The orbits of all riders.
-fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) {
-    let padded = riders.next_multiple_of(BLOCK);
-    for axis in 0..3 {
-        scratch.q[axis][riders..padded].fill(0.0);
+/// How many trains matter for each rider, and an order in which those with the same number are neighbours.
+fn rank(ride: &Ride<'_>, choice: &Choice, scratch: &mut Room, riders: usize) {
+    let all = u16::try_from(ride.trains.len()).unwrap_or(u16::MAX);
+    let starts = &mut scratch.starts;
+    starts.clear();
+    starts.resize(usize::from(all) + 1, 0);
+    for rider in 0..riders {
+        let y = scratch.q[1][rider] + ride.level;
+        let count = choice.count_at(y, scratch.nearest[rider], scratch.least_shown[rider]).min(all);
+        scratch.trains[rider] = count;
+        starts[usize::from(count)] += 1;
     }
+    // Most first.
+    let mut before = 0;
+    for start in starts.iter_mut().rev() {
+        (*start, before) = (before, before + *start);
+    }
+    for rider in 0..riders {
+        let place = &mut starts[usize::from(scratch.trains[rider])];
+        scratch.order[usize::from(*place)] = rider as u16;
+        *place += 1;
+    }
+}
+
+/// The orbits of all riders. Returns how many trains were evaluated in all.
+fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) -> u32 {
     if ride.trains.is_empty() {
         for axis in 0..3 {
             scratch.displacement[axis][..riders].fill(0.0);
             scratch.speed[axis][..riders].fill(0.0);
         }
-        return;
+        return 0;
     }
+    match ride.choice {
+        Some(choice) => rank(ride, choice, scratch, riders),
+        None => {
+            for axis in 0..3 {
+                scratch.q[axis][riders..riders.next_multiple_of(BLOCK)].fill(0.0);
+            }
+        }
+    }
+    let mut trains = 0;
     let mut first = 0;
-    while first < padded {
-        // The same for all of a block, at every level: what the nearest and highest of it needs.
+    while first < riders {
         let last = riders.min(first + BLOCK);
-        let count = ride.choice.map_or(usize::MAX, |choice| {
-            let nearest = scratch.nearest[first..last].iter().fold(f32::INFINITY, |a, b| a.min(*b));
-            let highest = scratch.q[1][first..last].iter().fold(f32::NEG_INFINITY, |a, b| a.max(*b));
-            choice.count(highest + ride.level, nearest)
-        });
+        // Whom most trains matter for stands first: the same for all of a block, at every level.
+        let count = match ride.choice {
+            Some(_) => usize::from(scratch.trains[usize::from(scratch.order[first])]),
+            None => ride.trains.len(),
+        };
         reef_flow::dispatch!(level, simd => {
             if matches!(simd.level(), fearless_simd::Level::Avx512(_)) {
-                block::<_, f32x16<_>, 16>(simd, ride, count, scratch, first);
+                block::<_, f32x16<_>, 16>(simd, ride, count, scratch, first, last);
             } else {
-                block::<_, f32x8<_>, 8>(simd, ride, count, scratch, first);
+                block::<_, f32x8<_>, 8>(simd, ride, count, scratch, first, last);
             }
         });
-        first += BLOCK;
+        trains += (count * (last - first)) as u32;
+        first = last;
     }
+    trains
 }
 
 #[inline(always)]
@@ -326,21 +438,52 @@ fn block<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     ride: &Ride<'_>,
     count: usize,
     scratch: &mut Room,
-    block: usize,
+    first: usize,
+    last: usize,
 ) {
+    let sorted = ride.choice.is_some();
     let back = V::splat(simd, -ride.half_step);
-    let mut first = block;
-    while first < block + BLOCK {
-        let here = first..first + WIDTH;
-        let q = load::<S, V>(simd, &scratch.q, first, WIDTH);
+    let mut out = [[[0.0; BLOCK]; 3]; 2];
+    let mut own = [[0.0; BLOCK]; 3];
+    if sorted {
+        for (lane, rider) in scratch.order[first..last].iter().enumerate() {
+            for (own, q) in own.iter_mut().zip(&scratch.q) {
+                own[lane] = q[usize::from(*rider)];
+            }
+        }
+    } else {
+        for (own, q) in own.iter_mut().zip(&scratch.q) {
+            own.copy_from_slice(&q[first..first + BLOCK]);
+        }
+    }
+    let mut lane = 0;
+    while lane < BLOCK {
+        let here = lane..lane + WIDTH;
+        let q = [
+            V::from_slice(simd, &own[0][here.clone()]),
+            V::from_slice(simd, &own[1][here.clone()]),
+            V::from_slice(simd, &own[2][here.clone()]),
+        ];
         let orbit = orbit(simd, ride.trains, count, q);
         for axis in 0..3 {
-            orbit.displacement[axis].store_slice(&mut scratch.displacement[axis][here.clone()]);
+            orbit.displacement[axis].store_slice(&mut out[0][axis][here.clone()]);
             // Of the step, not of its end: what the picture between two steps goes back by.
             let velocity = mul_add(orbit.acceleration[axis], back, orbit.velocity[axis]);
-            velocity.store_slice(&mut scratch.speed[axis][here.clone()]);
+            velocity.store_slice(&mut out[1][axis][here.clone()]);
         }
-        first += WIDTH;
+        lane += WIDTH;
+    }
+    for axis in 0..3 {
+        let (displacement, speed) = (&mut scratch.displacement[axis], &mut scratch.speed[axis]);
+        if sorted {
+            for (lane, rider) in scratch.order[first..last].iter().enumerate() {
+                displacement[usize::from(*rider)] = out[0][axis][lane];
+                speed[usize::from(*rider)] = out[1][axis][lane];
+            }
+        } else {
+            displacement[first..last].copy_from_slice(&out[0][axis][..last - first]);
+            speed[first..last].copy_from_slice(&out[1][axis][..last - first]);
+        }
     }
 }
 

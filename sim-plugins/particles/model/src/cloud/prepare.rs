@@ -9,11 +9,11 @@ use crate::{
     levels::{Band, Choice, Levels, reach},
     ride::{Fades, Follow, Ride},
     seed,
-    view::View,
+    view::{PLANES, View},
 };
 
 /// Slaves of a master ride by themselves when it comes as near to a wall as this [m], or as this share of the box.
-const WALL: (f64, f64) = (0.05, 0.02);
+const WALL: (f64, f64) = (0.2, 0.04);
 
 /// Places that are compared side by side.
 const LANES: usize = 16;
@@ -28,7 +28,7 @@ impl Cloud {
         self.lasting.refill(around.flow, around.dt);
         self.choosing = levels.trains && !around.waves.is_empty();
         if self.choosing {
-            self.choice.update(around.waves, around.depth, around.camera, levels.threshold);
+            self.choice.update(around.waves, around.depth, around.camera, levels.threshold, levels.selection);
         }
         if around.dt > 0.0 {
             self.last_dt = around.dt;
@@ -82,6 +82,7 @@ impl Swarm {
         };
         let smallest = extent.into_iter().fold(f64::INFINITY, f64::min);
         let [least, most] = self.plan.follow;
+        let blur = 1e-6 * self.half.max_element();
         self.now = Now {
             flowing: !self.packed.is_uniform(),
             uniform,
@@ -104,10 +105,12 @@ impl Swarm {
                 ],
             }),
             eye: local.eye,
+            ahead: local.planes[PLANES - 1],
             follow: (levels.masters).then(|| Follow {
                 distance: levels.master_band(),
-                least: Band::new(0.5 * least, least),
-                most: Band::new(most, 1.25 * most),
+                // What f32 makes of a place in the box, and more.
+                least: Band::new(1.001 * least + blur, 1.25 * least + blur),
+                most: Band::new(0.85 * most - blur, 0.999 * most - blur),
                 wall: Band::new(0.0, WALL.0.min(WALL.1 * smallest)),
             }),
         };
@@ -180,6 +183,7 @@ impl Swarm {
             unit: self.unit,
             half: self.half.as_vec3().to_array(),
             eye: now.eye,
+            ahead: now.ahead,
             follow: now.follow,
             fades: Fades {
                 near: Levels::near_band(),
