@@ -10,7 +10,7 @@ use reef_flow::{
     waves::{
         self, Carried, GRAVITY, Lens, Orbit, Rule, Selection, Surface, Train, Trains, WindSea, WindSeaError,
         bare::{Bare, Scalar},
-        dispersion, reference, select,
+        dispersion, reference,
         spectrum::{CALM, MOST_TRAINS, significant_height},
     },
 };
@@ -575,8 +575,8 @@ fn what_train_selection_leaves_out_stays_below_its_threshold_on_the_screen() {
         let trains = wind_sea(wind, depth, 30, 5);
         let waves = at(&trains, 0.0);
         for threshold in [0.5, 1.0, 4.0] {
-            let selection = Selection::new(&waves, depth, lens, threshold, Rule::Sum);
-            let each = Selection::new(&waves, depth, lens, threshold, Rule::Each);
+            let selection = Selection::new(&waves, depth, lens, threshold, Rule::Sum, [-depth, 0.0]);
+            let each = Selection::new(&waves, depth, lens, threshold, Rule::Each, [-depth, 0.0]);
             for distance in [2.0, 6.0, 12.0, 20.0, 30.0, 60.0] {
                 let anywhere = |y: f64, distance: f64, _: f64| selection.count(y as f32, distance as f32);
                 let (error, most) = screen_error(&trains, depth, distance, anywhere);
@@ -606,7 +606,7 @@ fn what_train_selection_leaves_out_stays_below_its_threshold_on_the_screen() {
 fn the_papers_rule_takes_the_trains_whose_own_amplitude_is_seen() {
     let waves = at(&wind_sea(5.0, 60.0, 30, 5), 0.0);
     let lens = Lens::new(&camera());
-    let each = Selection::new(&waves, 60.0, lens, 1.0, Rule::Each);
+    let each = Selection::new(&waves, 60.0, lens, 1.0, Rule::Each, [-60.0, 0.0]);
     for i in 1..300 {
         let distance = 0.2 * f64::from(i);
         let exact = |distance: f64| {
@@ -622,13 +622,16 @@ fn the_papers_rule_takes_the_trains_whose_own_amplitude_is_seen() {
 #[test]
 fn selection_takes_all_trains_from_nearby_and_ever_fewer_from_afar_and_below() {
     let waves = at(&wind_sea(5.0, 100.0, 30, 5), 0.0);
-    let selection = Selection::new(&waves, 100.0, Lens::new(&camera()), 1.0, Rule::Sum);
+    let selection = Selection::new(&waves, 100.0, Lens::new(&camera()), 1.0, Rule::Sum, [-100.0, 0.0]);
     let by_distance: Vec<usize> = (0..200).map(|i| selection.count(-1.0, 0.5 * i as f32)).collect();
     assert_eq!(by_distance[0], 30);
     assert!(by_distance.windows(2).all(|w| w[0] >= w[1]));
     let by_depth: Vec<usize> = (0..200).map(|i| selection.count(-0.5 * i as f32, 12.0)).collect();
     assert!(by_depth.windows(2).all(|w| w[0] >= w[1]));
     assert!(by_depth[0] > 20 && by_depth[199] == 0, "{} {}", by_depth[0], by_depth[199]);
-    assert_eq!(Selection::new(&[], 5.0, Lens::new(&camera()), 1.0, Rule::Sum).count(-1.0, 1.0), 0);
+    assert_eq!(
+        Selection::new(&[], 5.0, Lens::new(&camera()), 1.0, Rule::Sum, [-5.0, 0.0]).count(-1.0, 1.0),
+        0
+    );
     assert_eq!(selection.count(f32::NAN, f32::NAN), 30);
 }

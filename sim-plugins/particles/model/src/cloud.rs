@@ -83,6 +83,7 @@ struct Swarm {
     sources: Packed,
     trains: Trains,
     leavers: Leavers,
+    choice: Choice,
     /// How far orbits reach [m]: at the box's bottom, and from there to its top.
     reach: [f64; 2],
     now: Now,
@@ -141,7 +142,6 @@ pub struct Cloud {
     trace_bounds: Vec<usize>,
     field: Field,
     lasting: Lasting,
-    choice: Choice,
     /// What [`Swarm::reach`] was found for.
     reached: levels::Trains,
     /// The step's trains as a box meets them that drifts with its uniform current.
@@ -205,7 +205,6 @@ impl Cloud {
             trace_bounds: Vec::new(),
             field: Field::new(),
             lasting: Lasting::default(),
-            choice: Choice::default(),
             reached: levels::Trains::default(),
             met: Vec::new(),
             choosing: false,
@@ -269,6 +268,7 @@ impl Cloud {
             sources: Packed::new(),
             trains: Trains::new(),
             leavers: Leavers::new(plan.extent, 64 + plan.count as usize / 8),
+            choice: Choice::default(),
             reach: [0.0; 2],
             now: Now::default(),
             plan,
@@ -480,7 +480,7 @@ impl Cloud {
                 continue;
             }
             let top = (swarm.center.y + swarm.half.y) as f32;
-            let trains = if self.choosing { self.choice.count(top, begin as f32) } else { usize::MAX };
+            let trains = if self.choosing { swarm.choice.count(top, begin as f32) } else { usize::MAX };
             let show = Show {
                 view: &view,
                 levels: &self.levels,
@@ -505,10 +505,8 @@ impl Cloud {
         for (sprite, cell) in fog.iter_mut().zip(&self.fog) {
             *sprite = *cell;
         }
-        let trains = self.swarms.iter().map(|swarm| swarm.trains.len()).max().unwrap_or(0);
-        self.scratch.iter_mut().for_each(|scratch| scratch.room.make_room(trains));
         let (members, groups, levels) = (self.members, self.groups, self.levels);
-        let choice = self.choosing.then_some(&self.choice);
+        let choosing = self.choosing;
         let Self {
             swarms,
             pieces,
@@ -550,7 +548,7 @@ impl Cloud {
                 fill(packed, field, spheres[i], &swarm.plan);
                 &*packed
             });
-            let ride = swarm.ride(piece.swarm, &levels, choice, near);
+            let ride = swarm.ride(piece.swarm, &levels, choosing, near);
             work[0] = ride::ride(around.level, &ride, &listed, room, sprites, trace);
         });
     }

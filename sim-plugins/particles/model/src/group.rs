@@ -5,7 +5,7 @@
 //! the water. The places stay as independent of one another as chance made them, but for those few of which no master is
 //! d_pmin … d_pmax away: they are drawn again, in the group's own cell, until it is.
 
-use crate::seed::mix;
+use crate::{drift::BLOCK, seed::mix};
 
 /// Draws of a place in the group's own cell, and then anywhere around the master.
 const DRAWS: [u64; 2] = [64, 1024];
@@ -27,6 +27,9 @@ pub struct Groups {
     pub seed: u64,
 }
 
+/// How much flatter than wide blocks are: waves fade with depth, and a block takes all that its highest particle needs.
+const FLAT: f64 = 4.0;
+
 /// A cell: the least and the greatest offsets in it [2⁻³² of the extent].
 type Cell = [[i32; 2]; 3];
 
@@ -44,11 +47,16 @@ impl Groups {
         if groups <= 1 {
             return self.settle(places, cell, chance);
         }
+        // Whole chunks and whole blocks, where that leaves no thin slice.
+        let (unit, flat) = match groups {
+            _ if groups > self.chunk => (self.chunk, 1.0),
+            _ if groups > BLOCK => (BLOCK, FLAT),
+            _ => (1, 1.0),
+        };
         let half = groups / 2;
-        // Whole chunks, where that leaves no thin slice.
-        let whole = half.next_multiple_of(self.chunk);
+        let whole = half.next_multiple_of(unit);
         let half = if whole <= 2 * groups.saturating_sub(whole) { whole } else { half };
-        let axis = self.longest(cell);
+        let axis = self.longest(cell, flat);
         let key = |place: &[i32; 3]| (place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3]);
         let (left, next, _) = places.select_nth_unstable_by_key(half * self.members, key);
         let last = left.iter().map(|place| place[axis]).max().unwrap_or(next[axis]);
@@ -61,8 +69,12 @@ impl Groups {
         self.split(right, high, mix(!chance));
     }
 
-    fn longest(&self, cell: Cell) -> usize {
-        let side = |axis: usize| self.extent[axis] * f64::from(cell[axis][1].abs_diff(cell[axis][0]));
+    /// The axis of a cell's longest side, with its height taken for so many times what it is.
+    fn longest(&self, cell: Cell, flat: f64) -> usize {
+        let side = |axis: usize| {
+            let times = if axis == 1 { flat } else { 1.0 };
+            times * self.extent[axis] * f64::from(cell[axis][1].abs_diff(cell[axis][0]))
+        };
         (1..3).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest })
     }
 

@@ -138,12 +138,14 @@ impl Trains {
     }
 }
 
-/// What the wave trains' list means for the levels of detail. Made anew when something of it changes, not each step.
+/// What the wave trains' list means for the particles of a box. Made anew when something of it changes, not each step.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     key: Key,
     selection: Option<Selection>,
     trains: Trains,
+    /// The trains, those that move the box's water most first.
+    order: Vec<u16>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -155,16 +157,37 @@ struct Key {
 }
 
 impl Choice {
-    /// Looks at a step's trains through its camera.
-    pub fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, threshold: f64, rule: Rule) {
+    /// Looks at a step's trains through its camera. `heights`: of the box's bottom and top [m, world].
+    pub fn update(
+        &mut self,
+        waves: &[Wave],
+        depth: f64,
+        camera: &Camera,
+        levels: &Levels,
+        [bottom, top]: [f64; 2],
+    ) {
         let lens = Lens::new(camera);
+        let (threshold, rule) = (levels.threshold, levels.selection);
         let key = Key { focal: lens.focal, corner: lens.corner, threshold, rule };
         if key == self.key && self.selection.is_some() && self.trains.are(waves, depth) {
             return;
         }
         self.key = key;
         self.trains.become_these(waves, depth);
-        self.selection = Some(Selection::new(waves, depth, lens, threshold, rule));
+        self.order.clear();
+        self.order.extend((0..).take(waves.len()));
+        if rule == Rule::Sum {
+            // Short waves hardly reach down: what matters least there comes last.
+            let axis = |number: &u16| select::axis(&waves[usize::from(*number)], depth, 0.5 * (bottom + top));
+            self.order.sort_by(|a, b| axis(b).total_cmp(&axis(a)));
+        }
+        let ordered: Vec<Wave> = self.order.iter().map(|number| waves[usize::from(*number)]).collect();
+        self.selection = Some(Selection::new(&ordered, depth, lens, threshold, rule, [bottom, top]));
+    }
+
+    /// Numbers of the trains, in the order in which [`Choice::count`] counts them.
+    pub fn order(&self) -> &[u16] {
+        &self.order
     }
 
     /// How many trains matter for orbits at the height `y` [m, world] at a distance [m] from the eye.
@@ -172,15 +195,9 @@ impl Choice {
         self.selection.as_ref().map_or(usize::MAX, |selection| selection.count(y, distance))
     }
 
-    /// The same where a length is `shown` as in the picture's middle at this distance [m]; never more than `u16::MAX`.
-    pub fn count_at(&self, y: f32, distance: f32, shown: f32) -> u16 {
-        let count = self.selection.as_ref().map(|selection| selection.count_at(y, distance, shown));
-        count.and_then(|count| u16::try_from(count).ok()).unwrap_or(u16::MAX)
-    }
-
-    /// See [`Lens::corner`].
-    pub fn corner(&self) -> f32 {
-        self.key.corner as f32
+    /// The table for many.
+    pub fn selection(&self) -> Option<&Selection> {
+        self.selection.as_ref()
     }
 }
 

@@ -5,18 +5,18 @@
 //! d_pmin … d_pmax from its master: one that the currents took elsewhere rides by itself, and so do the slaves of a master
 //! that is about to leave the box: on the other side the wave has another phase.
 
-use fearless_simd::{Simd, f32x8, f32x16};
+use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
     Level, Packed,
     simd::{Lanes, mul_add},
     velocity,
-    waves::{Trains, orbit},
+    waves::{Selection, Trains, orbit},
 };
 use reef_sdk::abi::{self, Billboard, Trace};
 
 use crate::{
     drift::{BLOCK, IN_VIEW, SLOT, SLOTS, WORDS, bounded},
-    levels::{Band, Choice},
+    levels::Band,
     looks::Looks,
 };
 
@@ -35,7 +35,7 @@ pub struct Ride<'a> {
     /// The wave trains.
     pub trains: &'a Trains,
     /// How many of them matter; None: all.
-    pub choice: Option<&'a Choice>,
+    pub selection: Option<&'a Selection>,
     /// World height of the box's middle [m].
     pub level: f32,
     /// What all centres have drifted alike [2⁻³² of the extent].
@@ -113,24 +113,18 @@ pub struct Room {
     p: [Vec<f32>; 3],
     master: [Vec<f32>; 3],
     drift: [Vec<f32>; 3],
-    distance: Vec<f32>,
-    /// z²/d: a length is shown as in the picture's middle at this distance.
-    shown: Vec<f32>,
+    /// Where the table holds how many trains matter for each: for its own orbit, and for that of its master.
+    cell: Vec<i32>,
+    master_cell: Vec<i32>,
     alpha: Vec<f32>,
     follow: Vec<f32>,
     own: Vec<u16>,
     leader: Vec<u16>,
     /// Who rides for each group's slaves.
     leaders: Vec<u16>,
-    /// Those who ride: centre, and the least distances of those whom they carry.
+    /// Those who ride: centre, how many trains matter, displacement, velocity.
     q: [Vec<f32>; 3],
-    nearest: Vec<f32>,
-    least_shown: Vec<f32>,
-    /// How many trains matter for each, and their order: those for whom most do first.
     trains: Vec<u16>,
-    order: Vec<u16>,
-    /// How many riders each number of trains matters for.
-    starts: Vec<u16>,
     displacement: [Vec<f32>; 3],
     speed: [Vec<f32>; 3],
 }
@@ -152,29 +146,18 @@ impl Default for Room {
             p: three(),
             master: three(),
             drift: three(),
-            distance: one(),
-            shown: one(),
+            cell: vec![0; SLOTS],
+            master_cell: vec![0; SLOTS],
             alpha: one(),
             follow: one(),
             own: vec![NOBODY; SLOTS],
             leader: vec![NOBODY; SLOTS],
             leaders: vec![NOBODY; SLOTS],
             q: three(),
-            nearest: one(),
-            least_shown: one(),
             trains: vec![0; SLOTS],
-            order: vec![0; SLOTS],
-            starts: Vec::new(),
             displacement: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
             speed: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
         }
-    }
-}
-
-impl Room {
-    /// Makes room for so many trains, so that no later ride allocates.
-    pub fn make_room(&mut self, trains: usize) {
-        self.starts.reserve((trains + 1).saturating_sub(self.starts.len()));
     }
 }
 
@@ -197,8 +180,10 @@ pub fn ride(
             place::<_, f32x8<_>, 8>(simd, ride, scratch, count);
         }
     });
-    let riders = if ride.follow.is_some() { choose(listed, scratch) } else { all_ride(scratch, count) };
+    let riders =
+        if ride.follow.is_some() { choose(ride, listed, scratch) } else { all_ride(ride, scratch, count) };
     let trains = carry(level, ride, scratch, riders);
+    add_up(ride, scratch, count);
     emit(ride, listed, scratch, sprites, trace);
     Work { orbits: riders as u32, trains }
 }
@@ -221,16 +206,16 @@ fn gather(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) {
     }
 }
 
-/// Offsets of some slots in metres. `slot`: that of an entry of the list.
+/// Offsets of some slots in metres; where they are neighbours, all of a block at once. `slot`: that of an entry of the list.
 #[inline(always)]
 fn side_by_side(seen: &[u16], slot: impl Fn(u16) -> usize, at: &[i32], now: i32, unit: f32, out: &mut [f32]) {
     let metres = |offset: i32| offset.wrapping_add(now) as f32 * unit;
     let (blocks, rest) = seen.as_chunks::<BLOCK>();
     let (out_blocks, out_rest) = out.split_at_mut(blocks.len() * BLOCK);
     for (entries, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<BLOCK>().0) {
-        let (first, last) = (slot(entries[0]), slot(entries[BLOCK - 1]));
-        // Entries of one member ascend, and between two members lie more slots than a block has.
-        if last == first + BLOCK - 1
+        let first = slot(entries[0]);
+        let apart = (0..BLOCK).fold(0, |apart, lane| apart | slot(entries[lane]) ^ (first + lane));
+        if apart == 0
             && let Some(own) = at.get(first..).and_then(|own| own.first_chunk::<BLOCK>())
         {
             *out = own.map(metres);
@@ -258,16 +243,22 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
         let p = load::<S, V>(simd, &scratch.p, first, WIDTH);
         let eye = splat::<S, V>(simd, ride.eye);
         let distance = length(sub(p, eye));
-        distance.store_slice(&mut scratch.distance[here.clone()]);
-        if let Some(choice) = ride.choice {
+        if let Some(selection) = ride.selection {
             let [x, y, z, height] = ride.ahead;
             let along = mul_add(p[0], V::splat(simd, x), V::splat(simd, height));
             let along = mul_add(p[2], V::splat(simd, z), mul_add(p[1], V::splat(simd, y), along));
             let along = along.max(V::splat(simd, 0.0));
             // Beyond the picture's corner nobody looks.
-            let corner = distance * V::splat(simd, 1.0 / choice.corner());
+            let corner = distance * V::splat(simd, 1.0 / selection.corner());
             let shown = (along * along / distance.max(V::splat(simd, 1e-6))).max(corner);
-            shown.store_slice(&mut scratch.shown[here.clone()]);
+            let level = V::splat(simd, ride.level);
+            let cell = selection.cell(simd, p[1] + level, distance, shown);
+            cell.store_slice(&mut scratch.cell[here.clone()]);
+            if ride.follow.is_some() {
+                let y = V::from_slice(simd, &scratch.master[1][here.clone()]) + level;
+                let cell = selection.cell(simd, y, distance, shown);
+                cell.store_slice(&mut scratch.master_cell[here.clone()]);
+            }
         }
         let mut alpha = ride.fades.near.ramp(simd, distance) * (one - ride.fades.end.ramp(simd, distance));
         if let Some(fog) = ride.fades.fog {
@@ -310,27 +301,27 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
 }
 
 /// Each rides by itself.
-fn all_ride(scratch: &mut Room, count: usize) -> usize {
+fn all_ride(ride: &Ride<'_>, scratch: &mut Room, count: usize) -> usize {
     for (q, p) in scratch.q.iter_mut().zip(&scratch.p) {
         q[..count].copy_from_slice(&p[..count]);
     }
-    scratch.nearest[..count].copy_from_slice(&scratch.distance[..count]);
-    scratch.least_shown[..count].copy_from_slice(&scratch.shown[..count]);
-    for (number, own) in (0..).zip(&mut scratch.own[..count]) {
-        *own = number;
+    if let Some(selection) = ride.selection {
+        for (trains, cell) in scratch.trains.iter_mut().zip(&scratch.cell[..count]) {
+            *trains = selection.of(*cell);
+        }
     }
-    scratch.leader[..count].fill(NOBODY);
     count
 }
 
 /// Who rides: each that does not follow wholly, and the master of each that follows. Returns how many.
-fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
+fn choose(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) -> usize {
     let mut riders = 0;
+    let matter = |cell: i32| ride.selection.map_or(u16::MAX, |selection| selection.of(cell));
     scratch.leaders[..listed.groups].fill(NOBODY);
     for (i, entry) in listed.seen.iter().enumerate() {
         let slot = usize::from(entry & SLOT);
         let (group, is_master) = (slot & (listed.groups - 1), slot < listed.groups);
-        let (follow, distance) = (if is_master { 0.0 } else { scratch.follow[i] }, scratch.distance[i]);
+        let follow = if is_master { 0.0 } else { scratch.follow[i] };
         scratch.follow[i] = follow;
         scratch.own[i] = NOBODY;
         scratch.leader[i] = NOBODY;
@@ -343,13 +334,12 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
                 for axis in 0..3 {
                     scratch.q[axis][riders] = scratch.master[axis][i];
                 }
-                scratch.nearest[riders] = distance;
-                scratch.least_shown[riders] = scratch.shown[i];
+                scratch.trains[riders] = 0;
                 riders += 1;
             }
-            let at = usize::from(leader);
-            scratch.nearest[at] = scratch.nearest[at].min(distance);
-            scratch.least_shown[at] = scratch.least_shown[at].min(scratch.shown[i]);
+            // As many as the nearest of those needs that it carries.
+            let trains = &mut scratch.trains[usize::from(leader)];
+            *trains = (*trains).max(matter(scratch.master_cell[i]));
             if is_master {
                 scratch.own[i] = leader;
             } else {
@@ -361,40 +351,19 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
             for axis in 0..3 {
                 scratch.q[axis][riders] = scratch.p[axis][i];
             }
-            scratch.nearest[riders] = distance;
-            scratch.least_shown[riders] = scratch.shown[i];
+            scratch.trains[riders] = matter(scratch.cell[i]);
             riders += 1;
         }
     }
     riders
 }
 
-/// How many trains matter for each rider, and an order in which those with the same number are neighbours.
-fn rank(ride: &Ride<'_>, choice: &Choice, scratch: &mut Room, riders: usize) {
-    let all = u16::try_from(ride.trains.len()).unwrap_or(u16::MAX);
-    let starts = &mut scratch.starts;
-    starts.clear();
-    starts.resize(usize::from(all) + 1, 0);
-    for rider in 0..riders {
-        let y = scratch.q[1][rider] + ride.level;
-        let count = choice.count_at(y, scratch.nearest[rider], scratch.least_shown[rider]).min(all);
-        scratch.trains[rider] = count;
-        starts[usize::from(count)] += 1;
-    }
-    // Most first.
-    let mut before = 0;
-    for start in starts.iter_mut().rev() {
-        (*start, before) = (before, before + *start);
-    }
-    for rider in 0..riders {
-        let place = &mut starts[usize::from(scratch.trains[rider])];
-        scratch.order[usize::from(*place)] = rider as u16;
-        *place += 1;
-    }
-}
-
 /// The orbits of all riders. Returns how many trains were evaluated in all.
 fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) -> u32 {
+    let padded = riders.next_multiple_of(BLOCK);
+    for axis in 0..3 {
+        scratch.q[axis][riders..padded].fill(0.0);
+    }
     if ride.trains.is_empty() {
         for axis in 0..3 {
             scratch.displacement[axis][..riders].fill(0.0);
@@ -402,28 +371,19 @@ fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) -> u3
         }
         return 0;
     }
-    match ride.choice {
-        Some(choice) => rank(ride, choice, scratch, riders),
-        None => {
-            for axis in 0..3 {
-                scratch.q[axis][riders..riders.next_multiple_of(BLOCK)].fill(0.0);
-            }
-        }
-    }
     let mut trains = 0;
     let mut first = 0;
     while first < riders {
         let last = riders.min(first + BLOCK);
-        // Whom most trains matter for stands first: the same for all of a block, at every level.
-        let count = match ride.choice {
-            Some(_) => usize::from(scratch.trains[usize::from(scratch.order[first])]),
-            None => ride.trains.len(),
-        };
+        // The same for all of a block, at every level: what that one needs that needs most.
+        let most = scratch.trains[first..last].iter().fold(0, |a, b| a.max(*b));
+        let count = if ride.selection.is_some() { usize::from(most) } else { usize::MAX };
+        let count = count.min(ride.trains.len());
         reef_flow::dispatch!(level, simd => {
             if matches!(simd.level(), fearless_simd::Level::Avx512(_)) {
-                block::<_, f32x16<_>, 16>(simd, ride, count, scratch, first, last);
+                block::<_, f32x16<_>, 16>(simd, ride, count, scratch, first);
             } else {
-                block::<_, f32x8<_>, 8>(simd, ride, count, scratch, first, last);
+                block::<_, f32x8<_>, 8>(simd, ride, count, scratch, first);
             }
         });
         trains += (count * (last - first)) as u32;
@@ -438,53 +398,44 @@ fn block<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     ride: &Ride<'_>,
     count: usize,
     scratch: &mut Room,
-    first: usize,
-    last: usize,
+    block: usize,
 ) {
-    let sorted = ride.choice.is_some();
     let back = V::splat(simd, -ride.half_step);
-    let mut out = [[[0.0; BLOCK]; 3]; 2];
-    let mut own = [[0.0; BLOCK]; 3];
-    if sorted {
-        for (lane, rider) in scratch.order[first..last].iter().enumerate() {
-            for (own, q) in own.iter_mut().zip(&scratch.q) {
-                own[lane] = q[usize::from(*rider)];
-            }
-        }
-    } else {
-        for (own, q) in own.iter_mut().zip(&scratch.q) {
-            own.copy_from_slice(&q[first..first + BLOCK]);
-        }
-    }
-    let mut lane = 0;
-    while lane < BLOCK {
-        let here = lane..lane + WIDTH;
-        let q = [
-            V::from_slice(simd, &own[0][here.clone()]),
-            V::from_slice(simd, &own[1][here.clone()]),
-            V::from_slice(simd, &own[2][here.clone()]),
-        ];
+    let mut first = block;
+    while first < block + BLOCK {
+        let here = first..first + WIDTH;
+        let q = load::<S, V>(simd, &scratch.q, first, WIDTH);
         let orbit = orbit(simd, ride.trains, count, q);
         for axis in 0..3 {
-            orbit.displacement[axis].store_slice(&mut out[0][axis][here.clone()]);
+            orbit.displacement[axis].store_slice(&mut scratch.displacement[axis][here.clone()]);
             // Of the step, not of its end: what the picture between two steps goes back by.
             let velocity = mul_add(orbit.acceleration[axis], back, orbit.velocity[axis]);
-            velocity.store_slice(&mut out[1][axis][here.clone()]);
+            velocity.store_slice(&mut scratch.speed[axis][here.clone()]);
         }
-        lane += WIDTH;
+        first += WIDTH;
     }
+}
+
+/// Orbits onto centres and drift, in their place; and how much is seen.
+fn add_up(ride: &Ride<'_>, scratch: &mut Room, count: usize) {
+    let Room { p, drift, displacement, speed, follow, own, leader, alpha, .. } = scratch;
+    let bounded = |v: f32| v.clamp(-FASTEST, FASTEST);
     for axis in 0..3 {
-        let (displacement, speed) = (&mut scratch.displacement[axis], &mut scratch.speed[axis]);
-        if sorted {
-            for (lane, rider) in scratch.order[first..last].iter().enumerate() {
-                displacement[usize::from(*rider)] = out[0][axis][lane];
-                speed[usize::from(*rider)] = out[1][axis][lane];
-            }
-        } else {
-            displacement[first..last].copy_from_slice(&out[0][axis][..last - first]);
-            speed[first..last].copy_from_slice(&out[1][axis][..last - first]);
+        let (p, v) = (&mut p[axis][..count], &mut drift[axis][..count]);
+        let (displacement, speed) = (&displacement[axis], &speed[axis]);
+        if ride.follow.is_none() {
+            p.iter_mut().zip(displacement).for_each(|(p, d)| *p += d);
+            v.iter_mut().zip(speed).for_each(|(v, s)| *v = bounded(*v + s));
+            continue;
+        }
+        for i in 0..count {
+            let (own, leader, follow) = (usize::from(own[i]), usize::from(leader[i]), follow[i]);
+            let mix = |values: &[f32]| values[own] * (1.0 - follow) + values[leader] * follow;
+            p[i] += mix(displacement);
+            v[i] = bounded(v[i] + mix(speed));
         }
     }
+    alpha[..count].iter_mut().for_each(|alpha| *alpha = (ride.opacity * *alpha).clamp(0.0, 1.0));
 }
 
 /// Sprites and trace.
@@ -498,16 +449,14 @@ fn emit(
     let mut sprites = sprites.iter_mut();
     let shift = listed.groups.trailing_zeros();
     let facing = if ride.looks.facing { abi::BILLBOARD_FACING } else { 0 };
-    for (i, entry) in listed.seen.iter().enumerate() {
+    let all = listed.seen.iter();
+    let Room { p: [x, y, z], drift: [vx, vy, vz], alpha, .. } = scratch;
+    let moving = x.iter().zip(y).zip(z).zip(vx.iter().zip(vy).zip(vz)).zip(alpha);
+    for (entry, ((((x, y), z), ((vx, vy), vz)), alpha)) in all.zip(moving) {
         let slot = usize::from(entry & SLOT);
         let number = (slot & (listed.groups - 1)) * listed.members + (slot >> shift);
         let look = ride.looks.of(listed.first + number as u64);
-        let follow = scratch.follow[i];
-        let (own, leader) = (scratch.own[i], scratch.leader[i]);
-        let mix =
-            |values: &[f32]| values[usize::from(own)] * (1.0 - follow) + values[usize::from(leader)] * follow;
-        let position: [f32; 3] =
-            core::array::from_fn(|axis| scratch.p[axis][i] + mix(&scratch.displacement[axis]));
+        let position = [*x, *y, *z];
         if let Some(trace) = trace.get_mut(number) {
             *trace = Trace {
                 object: u64::from(ride.object),
@@ -528,10 +477,8 @@ fn emit(
             position,
             size: look.size * ride.size,
             axis: look.axis,
-            opacity: (ride.opacity * scratch.alpha[i]).clamp(0.0, 1.0),
-            velocity: core::array::from_fn(|axis| {
-                (scratch.drift[axis][i] + mix(&scratch.speed[axis])).clamp(-FASTEST, FASTEST)
-            }),
+            opacity: *alpha,
+            velocity: [*vx, *vy, *vz],
             roll: look.roll,
             object: ride.object,
             texture: ride.looks.texture,

@@ -6,7 +6,7 @@ use reef_sdk::abi::Wave;
 use super::{Cloud, Now, Surroundings, Swarm, fill, whole};
 use crate::{
     drift::{Drift, Sight},
-    levels::{Band, Choice, Levels, reach},
+    levels::{Band, Levels, reach},
     ride::{Fades, Follow, Ride},
     seed,
     view::{PLANES, View},
@@ -27,9 +27,6 @@ impl Cloud {
         self.field.refill(around.flow);
         self.lasting.refill(around.flow, around.dt);
         self.choosing = levels.trains && !around.waves.is_empty();
-        if self.choosing {
-            self.choice.update(around.waves, around.depth, around.camera, levels.threshold, levels.selection);
-        }
         if around.dt > 0.0 {
             self.last_dt = around.dt;
         }
@@ -44,14 +41,20 @@ impl Cloud {
             swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, 0);
             // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
             let [vx, _, vz] = swarm.packed.uniform();
+            let heights = [swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y];
+            if self.choosing {
+                swarm.choice.update(around.waves, around.depth, around.camera, &levels, heights);
+            }
+            let order = if self.choosing { swarm.choice.order() } else { &[] };
             self.met.clear();
-            self.met.extend(around.waves.iter().map(|wave| {
+            self.met.extend((0..around.waves.len()).map(|number| {
+                let wave = &around.waves[order.get(number).map_or(number, |number| usize::from(*number))];
                 let along = wave.direction[0] * vx + wave.direction[1] * vz;
                 Wave { frequency: wave.frequency - wave.wave_number * along, ..*wave }
             }));
             swarm.trains.fill(&self.met, around.depth, swarm.plan.center);
             if !reached {
-                let (bottom, top) = (swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y);
+                let [bottom, top] = heights;
                 swarm.reach = reach(around.waves, around.depth, bottom, top);
             }
             swarm.begin(around, &levels, &view, self.last_dt);
@@ -169,7 +172,7 @@ impl Swarm {
         &'a self,
         object: u32,
         levels: &Levels,
-        choice: Option<&'a Choice>,
+        choosing: bool,
         packed: Option<&'a Packed>,
     ) -> Ride<'a> {
         let now = &self.now;
@@ -177,7 +180,7 @@ impl Swarm {
             packed: packed.filter(|packed| !packed.is_uniform()),
             uniform: now.uniform,
             trains: &self.trains,
-            choice,
+            selection: if choosing { self.choice.selection() } else { None },
             level: self.center.y as f32,
             now: now.after,
             unit: self.unit,
