@@ -231,28 +231,11 @@ impl Plugin for Particles {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        let State { counts, turns, dt, at: [x, y, z], jumped, sources } = self.cloud.save();
-        state.put("counts", &counts);
-        state.put("turns", &turns);
-        state.put_one("dt", dt);
-        state.put("x", &x);
-        state.put("y", &y);
-        state.put("z", &z);
-        state.put("jumped", &jumped);
-        state.put("sources", &sources);
+        self.cloud.save().write(state);
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
-        // Version 1 had neither: nothing jumped, and all sources last until it is seen that they move.
-        let known = state.version() > 1;
-        let saved = State {
-            jumped: if known { state.get("jumped")? } else { Vec::new() },
-            sources: if known { state.get("sources")? } else { Vec::new() },
-            counts: state.get("counts")?,
-            turns: state.get("turns")?,
-            dt: state.get_one("dt")?,
-            at: [state.get("x")?, state.get("y")?, state.get("z")?],
-        };
+        let saved = State::read(state)?;
         self.cloud.load(&saved).map_err(|problem| StateError::Refused(format!("the saved state {problem}")))
     }
 }
