@@ -320,9 +320,9 @@ mod tests {
             for number in 0..600 {
                 let (axis, inward) = (number % 3, if number % 2 == 0 { 1.0 } else { -1.0 });
                 let mut panel = whole();
-                for i in 0..3 {
-                    let from = -0.5 * EXTENT[i] + EXTENT[i] * 0.75 * random(&mut state);
-                    (panel.low[i], panel.high[i]) = (from, from + 0.25 * EXTENT[i]);
+                for ((low, high), extent) in panel.low.iter_mut().zip(&mut panel.high).zip(EXTENT) {
+                    *low = -0.5 * extent + extent * 0.75 * random(&mut state);
+                    *high = *low + 0.25 * extent;
                 }
                 let wall = -inward * 0.5 * EXTENT[axis];
                 (panel.low[axis], panel.high[axis]) = (wall, wall);

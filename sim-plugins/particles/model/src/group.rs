@@ -120,7 +120,7 @@ impl Groups {
             let place: [i32; 3] = core::array::from_fn(|axis| {
                 let [low, high] = cell[axis];
                 let side = u64::from(high.abs_diff(low));
-                low.saturating_add_unsigned((side * u64::from(words[axis]) >> 32) as u32)
+                low.saturating_add_unsigned(((side * u64::from(words[axis])) >> 32) as u32)
             });
             self.fits(master, &place).then_some(place)
         })

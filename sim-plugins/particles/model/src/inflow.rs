@@ -253,7 +253,9 @@ impl Inflow {
     /// The bounds of all places.
     fn take(&mut self, water: &Water<'_>) {
         let Self { panels, most, shells, sums, extent, .. } = self;
-        (most.clear(), shells.clear(), sums.clear());
+        most.clear();
+        shells.clear();
+        sums.clear();
         let mut sum = 0.0;
         for panel in panels.iter() {
             let bound = water
@@ -278,7 +280,8 @@ impl Inflow {
         let chance_of = |number: usize| mix(chance ^ (number as u64) << 8);
         let mut places = [[0; 3]; TRIES];
         let mut candidates = [Candidate::Nowhere; TRIES];
-        (self.here.clear(), self.springs.clear());
+        self.here.clear();
+        self.springs.clear();
         for (number, (place, candidate)) in places.iter_mut().zip(&mut candidates).enumerate() {
             (*place, *candidate) = self.candidate(water, all, chance_of(number));
             let point = water.metres(*place);
