@@ -11,6 +11,7 @@
 //! Everything here gives the same bytes at every [`simd::Level`]: IEEE-exact operations only, every multiply-add that is
 //! written as fused is fused, lanes are independent points.
 
+pub mod bounds;
 pub mod field;
 pub mod keyframe;
 pub mod limit;

@@ -74,8 +74,15 @@ pub struct StateWriter {
     duplicate: Option<String>,
 }
 
+impl Default for StateWriter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl StateWriter {
-    pub(crate) fn new() -> Self {
+    /// A state without fields. A plugin's own tests write with it what an older version of it wrote.
+    pub fn new() -> Self {
         let mut bytes = Vec::with_capacity(4096);
         bytes.extend_from_slice(&MAGIC.to_le_bytes());
         bytes.extend_from_slice(&[0; HEADER - 8]);
@@ -103,7 +110,8 @@ impl StateWriter {
         self.put(name, &[value]);
     }
 
-    pub(crate) fn finish(mut self) -> Result<Vec<u8>, String> {
+    /// The bytes; says which field was written twice.
+    pub fn finish(mut self) -> Result<Vec<u8>, String> {
         if let Some(name) = self.duplicate {
             return Err(format!("the state has two fields named `{name}` (or of the same hash)"));
         }
@@ -128,8 +136,8 @@ struct Field<'a> {
 }
 
 impl<'a> StateReader<'a> {
-    /// Takes the bytes apart; every byte must be accounted for.
-    pub(crate) fn parse(version: u32, bytes: &'a [u8]) -> Result<Self, StateError> {
+    /// Takes the bytes apart that a version of a plugin wrote; every byte must be accounted for.
+    pub fn parse(version: u32, bytes: &'a [u8]) -> Result<Self, StateError> {
         let damaged = |what: &str| StateError::Damaged(what.to_owned());
         let mut rest = bytes;
         let mut take = |length: usize| -> Result<&'a [u8], StateError> {

@@ -26,7 +26,7 @@ pub mod trig;
 
 pub use carry::{Carried, carry};
 pub use orbit::{Orbit, Surface, Trains, orbit, surface, velocity};
-pub use select::{Lens, Selection};
+pub use select::{Lens, Rule, Selection};
 pub use spectrum::{Train, WindSea, WindSeaError};
 
 /// Standard gravity [m/s²].

@@ -8,9 +8,9 @@ use reef_flow::{
     Level,
     sample::Points,
     waves::{
-        self, Carried, GRAVITY, Lens, Orbit, Selection, Surface, Train, Trains, WindSea, WindSeaError,
+        self, Carried, GRAVITY, Lens, Orbit, Rule, Selection, Surface, Train, Trains, WindSea, WindSeaError,
         bare::{Bare, Scalar},
-        dispersion, reference, select,
+        dispersion, reference,
         spectrum::{CALM, MOST_TRAINS, significant_height},
     },
 };
@@ -536,12 +536,12 @@ fn project(lens: Lens, p: [f64; 3]) -> [f64; 2] {
 }
 
 /// Greatest error on the screen over random particles at `distance` [m], at the camera's own depth, when `count` says how
-/// many trains are left; and the mean number of them.
+/// many trains are left for a height, the distance, and z²/d; and the mean number of them.
 fn screen_error(
     trains: &[Train],
     depth: f64,
     distance: f64,
-    count: impl Fn(f64, f64) -> usize,
+    count: impl Fn(f64, f64, f64) -> usize,
 ) -> (f64, f64) {
     let lens = Lens::new(&camera());
     let (half_x, half_y) = (320.0 / lens.focal, 240.0 / lens.focal);
@@ -555,7 +555,7 @@ fn screen_error(
             let center = way.map(|c| c / length(way) * distance);
             let y = -random.unit().powi(3) * depth;
             let world = [center[0] + 3.0, y, center[2]];
-            let kept_here = count(y, distance).min(waves.len());
+            let kept_here = count(y, distance, center[2] * center[2] / distance).min(waves.len());
             kept += kept_here;
             let [all, ..] = reference::orbit(&waves, depth, world);
             let [part, ..] = reference::orbit(&waves[..kept_here], depth, world);
@@ -575,12 +575,20 @@ fn what_train_selection_leaves_out_stays_below_its_threshold_on_the_screen() {
         let trains = wind_sea(wind, depth, 30, 5);
         let waves = at(&trains, 0.0);
         for threshold in [0.5, 1.0, 4.0] {
-            let selection = Selection::new(&waves, depth, lens, threshold);
+            let selection = Selection::new(&waves, depth, lens, threshold, Rule::Sum, [-depth, 0.0]);
+            let each = Selection::new(&waves, depth, lens, threshold, Rule::Each, [-depth, 0.0]);
             for distance in [2.0, 6.0, 12.0, 20.0, 30.0, 60.0] {
-                let by_sum = |y: f64, distance: f64| selection.count(y as f32, distance as f32);
-                let (error, kept) = screen_error(&trains, depth, distance, by_sum);
+                let anywhere = |y: f64, distance: f64, _: f64| selection.count(y as f32, distance as f32);
+                let (error, most) = screen_error(&trains, depth, distance, anywhere);
                 assert!(error < threshold, "U {wind} h {depth}, {distance} m: {error} px of {threshold}");
-                let paper = |_: f64, distance| select::by_amplitude(&waves, lens, threshold, distance);
+                let there = |y: f64, distance: f64, shown: f64| {
+                    selection.count_at(y as f32, distance as f32, shown as f32)
+                };
+                let (error, kept) = screen_error(&trains, depth, distance, there);
+                assert!(error < threshold, "U {wind} h {depth}, {distance} m: {error} px of {threshold}");
+                // Where it is in the picture tells more than the distance alone.
+                assert!(kept <= most, "{kept} of {most}");
+                let paper = |y: f64, distance: f64, _: f64| each.count(y as f32, distance as f32);
                 let (papers, papers_kept) = screen_error(&trains, depth, distance, paper);
                 papers_worst = papers_worst.max(papers / threshold);
                 println!(
@@ -595,15 +603,35 @@ fn what_train_selection_leaves_out_stays_below_its_threshold_on_the_screen() {
 }
 
 #[test]
+fn the_papers_rule_takes_the_trains_whose_own_amplitude_is_seen() {
+    let waves = at(&wind_sea(5.0, 60.0, 30, 5), 0.0);
+    let lens = Lens::new(&camera());
+    let each = Selection::new(&waves, 60.0, lens, 1.0, Rule::Each, [-60.0, 0.0]);
+    for i in 1..300 {
+        let distance = 0.2 * f64::from(i);
+        let exact = |distance: f64| {
+            waves.iter().filter(|wave| f64::from(wave.amplitude) * lens.focal >= distance).count()
+        };
+        // The table's steps are an eighth of an octave.
+        let count = each.count(-1.0, distance as f32);
+        assert!((exact(distance)..=exact(distance / 1.125)).contains(&count), "{count} at {distance} m");
+        assert_eq!(each.count(-20.0, distance as f32), count);
+    }
+}
+
+#[test]
 fn selection_takes_all_trains_from_nearby_and_ever_fewer_from_afar_and_below() {
     let waves = at(&wind_sea(5.0, 100.0, 30, 5), 0.0);
-    let selection = Selection::new(&waves, 100.0, Lens::new(&camera()), 1.0);
+    let selection = Selection::new(&waves, 100.0, Lens::new(&camera()), 1.0, Rule::Sum, [-100.0, 0.0]);
     let by_distance: Vec<usize> = (0..200).map(|i| selection.count(-1.0, 0.5 * i as f32)).collect();
     assert_eq!(by_distance[0], 30);
     assert!(by_distance.windows(2).all(|w| w[0] >= w[1]));
     let by_depth: Vec<usize> = (0..200).map(|i| selection.count(-0.5 * i as f32, 12.0)).collect();
     assert!(by_depth.windows(2).all(|w| w[0] >= w[1]));
     assert!(by_depth[0] > 20 && by_depth[199] == 0, "{} {}", by_depth[0], by_depth[199]);
-    assert_eq!(Selection::new(&[], 5.0, Lens::new(&camera()), 1.0).count(-1.0, 1.0), 0);
+    assert_eq!(
+        Selection::new(&[], 5.0, Lens::new(&camera()), 1.0, Rule::Sum, [-5.0, 0.0]).count(-1.0, 1.0),
+        0
+    );
     assert_eq!(selection.count(f32::NAN, f32::NAN), 30);
 }

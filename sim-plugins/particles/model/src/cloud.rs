@@ -18,12 +18,13 @@ use crate::{
     config::BoxPlan,
     drift::{self, MOST_MEMBERS, SLOT, SLOTS, Sight, Slots, Tally, WORDS},
     fog::{Fog, Show},
+    group::Groups,
     inflow::Water,
     lasting::Lasting,
     levels::{self, Choice, Levels},
     looks::Looks,
     reenter::{self, Leavers},
-    ride::{self, Follow, Listed, Room},
+    ride::{self, Follow, Listed, Room, Work},
     seed,
     view::View,
 };
@@ -82,6 +83,7 @@ struct Swarm {
     sources: Packed,
     trains: Trains,
     leavers: Leavers,
+    choice: Choice,
     /// How far orbits reach [m]: at the box's bottom, and from there to its top.
     reach: [f64; 2],
     now: Now,
@@ -105,6 +107,7 @@ struct Now {
     after: [i32; 3],
     sight: Option<Sight>,
     eye: [f32; 3],
+    ahead: [f32; 4],
     follow: Option<Follow>,
 }
 
@@ -133,12 +136,12 @@ pub struct Cloud {
     /// Length of that step [s].
     last_dt: f64,
     tallies: Vec<Tally>,
+    work: Vec<Work>,
     fog: Vec<Billboard>,
     sprite_bounds: Vec<usize>,
     trace_bounds: Vec<usize>,
     field: Field,
     lasting: Lasting,
-    choice: Choice,
     /// What [`Swarm::reach`] was found for.
     reached: levels::Trains,
     /// The step's trains as a box meets them that drifts with its uniform current.
@@ -196,12 +199,12 @@ impl Cloud {
             jumped: Vec::new(),
             last_dt: 0.0,
             tallies: Vec::new(),
+            work: Vec::new(),
             fog: Vec::new(),
             sprite_bounds: Vec::new(),
             trace_bounds: Vec::new(),
             field: Field::new(),
             lasting: Lasting::default(),
-            choice: Choice::default(),
             reached: levels::Trains::default(),
             met: Vec::new(),
             choosing: false,
@@ -217,6 +220,7 @@ impl Cloud {
         cloud.seen = vec![0; slots];
         cloud.crossed = vec![0; slots];
         cloud.tallies = vec![Tally::default(); cloud.pieces.len()];
+        cloud.work = vec![Work::default(); cloud.pieces.len()];
         cloud.spheres = vec![UNKNOWN; cloud.pieces.len()];
         cloud.jumped = vec![[0; WORDS]; cloud.pieces.len()];
         let cells = cloud.swarms.iter().map(|swarm| swarm.fog.cells()).sum();
@@ -229,8 +233,16 @@ impl Cloud {
         let places: Vec<[i32; 3]> = match plan.grid {
             Some(grid) => (0..count).map(|i| seed::grid_place(grid, i)).collect(),
             None => {
-                let places = (0..count).map(|i| seed::place(plan.seed, i)).collect();
-                seed::grouped(places, plan.extent, self.members)
+                let mut places: Vec<_> = (0..count).map(|i| seed::place(plan.seed, i)).collect();
+                let groups = Groups {
+                    extent: plan.extent,
+                    members: self.members,
+                    chunk: self.groups,
+                    range: plan.follow,
+                    seed: plan.seed,
+                };
+                groups.form(&mut places);
+                places
             }
         };
         let first_piece = self.pieces.len();
@@ -256,6 +268,7 @@ impl Cloud {
             sources: Packed::new(),
             trains: Trains::new(),
             leavers: Leavers::new(plan.extent, 64 + plan.count as usize / 8),
+            choice: Choice::default(),
             reach: [0.0; 2],
             now: Now::default(),
             plan,
@@ -410,12 +423,13 @@ impl Cloud {
     /// Those who left their box, and those whose water vanished.
     fn settle(&mut self, around: &Surroundings<'_>) {
         let slots = self.slots();
-        let Self { swarms, at, crossed, tallies, members, groups, .. } = self;
+        let Self { swarms, at, crossed, jumped, tallies, members, groups, .. } = self;
         for swarm in swarms {
             if !swarm.packed.is_singular() {
                 continue;
             }
             swarm.leavers.clear();
+            swarm.leavers.make_room(swarm.sources.source_count());
             for piece in swarm.pieces.clone() {
                 let left = &crossed[piece * slots..][..tallies[piece].crossed as usize];
                 for entry in left {
@@ -435,6 +449,9 @@ impl Cloud {
                 members: *members,
                 groups: *groups,
                 now: swarm.now.after,
+                count: u64::from(swarm.plan.count),
+                range: swarm.plan.follow,
+                jumped: &mut jumped[swarm.pieces.clone()],
             };
             let water = Water {
                 packed: &swarm.packed,
@@ -463,7 +480,7 @@ impl Cloud {
                 continue;
             }
             let top = (swarm.center.y + swarm.half.y) as f32;
-            let trains = if self.choosing { self.choice.count(top, begin as f32) } else { usize::MAX };
+            let trains = if self.choosing { swarm.choice.count(top, begin as f32) } else { usize::MAX };
             let show = Show {
                 view: &view,
                 levels: &self.levels,
@@ -489,7 +506,7 @@ impl Cloud {
             *sprite = *cell;
         }
         let (members, groups, levels) = (self.members, self.groups, self.levels);
-        let choice = self.choosing.then_some(&self.choice);
+        let choosing = self.choosing;
         let Self {
             swarms,
             pieces,
@@ -502,13 +519,16 @@ impl Cloud {
             scratch,
             sprite_bounds,
             trace_bounds,
+            work,
             ..
         } = self;
         let (field, spheres, jumped) = (&*field, &*spheres, &*jumped);
         let (swarms, pieces, seen, tallies) = (&*swarms, &*pieces, &*seen, &*tallies);
         let at = at.each_ref().map(|axis| axis.as_slice());
-        let split = (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds));
-        workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace)| {
+        let split =
+            (Parts::new(singles, sprite_bounds), Parts::new(trace, trace_bounds), Chunks::new(work, 1));
+        workers.for_each_part_with(scratch, split, |scratch, i, (sprites, trace, work)| {
+            work[0] = Work::default();
             let piece = &pieces[i];
             let Some(swarm) = swarms.get(piece.swarm as usize) else { return };
             if tallies[i].seen == 0 {
@@ -528,9 +548,15 @@ impl Cloud {
                 fill(packed, field, spheres[i], &swarm.plan, id_of(piece.swarm));
                 &*packed
             });
-            let ride = swarm.ride(piece.swarm, &levels, choice, near);
-            ride::ride(around.level, &ride, &listed, room, sprites, trace);
+            let ride = swarm.ride(piece.swarm, &levels, choosing, near);
+            work[0] = ride::ride(around.level, &ride, &listed, room, sprites, trace);
         });
+    }
+
+    /// Orbits that the last step computed, and the wave trains in all of them.
+    pub fn work(&self) -> [u64; 2] {
+        let sum = |of: fn(&Work) -> u32| self.work.iter().map(|work| u64::from(of(work))).sum();
+        [sum(|work| work.orbits), sum(|work| work.trains)]
     }
 }
 

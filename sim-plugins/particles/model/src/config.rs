@@ -83,8 +83,9 @@ pub struct BoxTable {
     /// How they lie.
     #[serde(default)]
     pub orientation: Option<Orientation>,
-    /// d_pmin and d_pmax: how far a slave may be from its master and still follow it. Without it: from a tenth of the mean
-    /// distance of neighbours to 1.5 times the width of the water that a master and its slaves have to themselves.
+    /// d_pmin and d_pmax: how far from its master a slave is; one that the currents take elsewhere rides by itself. Without it:
+    /// from a tenth of the mean distance of neighbours to 1.5 times the width of the water that a master and its slaves have
+    /// to themselves.
     #[serde(default)]
     #[schemars(inner(range(min = 0.0, max = 1000.0)), extend("x-unit" = "m"))]
     pub follow: Option<[f64; 2]>,
@@ -253,8 +254,8 @@ fn plan_box(table: &BoxTable, at: usize, slaves: u32, seed: u64) -> Result<BoxPl
         Some([least, most]) if least >= 0.0 && most >= least && most.is_finite() => [least, most],
         Some(_) => return refuse("follow", "must be a least and a greatest distance".into()),
         None => {
-            let spacing = cube_root(volume / (count as f64).max(1.0));
-            [0.1 * spacing, 1.5 * spacing * cube_root(per_master)]
+            let own = volume / (count as f64).max(1.0);
+            [0.1 * width(extent, own), 1.5 * width(extent, per_master * own)]
         }
     };
     Ok(BoxPlan {
@@ -282,6 +283,22 @@ fn color(text: Option<&str>, default: u32) -> Result<u32, ConfigError> {
     digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()).ok_or_else(|| {
         ConfigError::new("color", format!("{text:?} is no colour; write one like \"#E6E3D8\""))
     })
+}
+
+/// Width of a part of a box, about as long as wide [m]: as high as the box where that is flatter. `volume`: of the part [m³].
+fn width(extent: [f64; 3], volume: f64) -> f64 {
+    let mut sides = extent;
+    sides.sort_by(f64::total_cmp);
+    let [least, middle, _] = sides;
+    let cube = cube_root(volume);
+    let square = (volume / least).sqrt();
+    if cube <= least {
+        cube
+    } else if square <= middle {
+        square
+    } else {
+        volume / (least * middle)
+    }
 }
 
 /// ∛x for x ≥ 0, the same on every machine.

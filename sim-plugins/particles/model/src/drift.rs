@@ -253,9 +253,10 @@ fn vanish<S: Simd, V: Lanes<S>, const WIDTH: usize>(
         let lane = rest.trailing_zeros();
         rest &= rest - 1;
         let lost = lanes[lane as usize];
-        let lost = if lost > FAST { lost } else { lost * LOOK_STEPS as f32 };
-        // Never more than all.
-        if share(draw(lane)) * (1.0 + lost) < lost {
+        let lost = if lost > FAST { lost.min(1e6) } else { lost * LOOK_STEPS as f32 };
+        // 1 − e^(−lost): what is left of one that shrinks all the time.
+        let grown = 1.0 + lost * (1.0 + 0.5 * lost * (1.0 + lost / 3.0 * (1.0 + 0.25 * lost)));
+        if share(draw(lane)) * grown < grown - 1.0 {
             gone |= 1 << lane;
         }
     }

@@ -4,22 +4,31 @@
 //! what it was: of each cubic metre that flows in, as many centres come as one has that flows out. What flows out through
 //! the opposite wall as fast brings its centres by wrapping, and is left out.
 //!
-//! A table says how much comes in through each panel of the walls and out of each cell of the box, as found at one place of
-//! each, another in every step; then, of some places in the panel or cell that is drawn, one is.
+//! The draw is exact. For each panel of the walls, and for shells around each source, it is known how much comes in there at
+//! most ([`reef_flow::bounds`]); places are drawn by these bounds, and one is taken with the odds of what comes in at it
+//! over its bound, until one is. A table of what was found at a few points would not do: who is taken from where does not
+//! follow the mean of such findings, but that of their shares, and a narrow source, whose water is in few places, would
+//! have less than its share and the walls more.
+
+use core::f64::consts::TAU;
 
 use reef_flow::{
     Level, Packed,
+    bounds::{self, Part, Shell},
+    math::cos_sin_f64,
     sample::{Points, Velocities, divergence, sample},
 };
 
 use crate::seed::mix;
 
-/// Cells along the longest side, as a power of two; a wall has twice as many panels.
+/// Panels along the longest side, as a power of two.
 const BITS: u32 = 3;
-/// Places that are tried in a panel or a cell.
+/// Candidates that are held against the water side by side.
 const TRIES: usize = 8;
-/// Panels or cells that are drawn before it is any place.
-const DRAWS: u64 = 4;
+/// How often, before it is any place.
+const ROUNDS: u64 = 64;
+/// Greatest speed that counts [m/s]: keeps the sums finite, whatever the sea's primitives add up to.
+const FASTEST: f32 = 1e4;
 
 /// The water over a box.
 #[derive(Clone, Copy, Debug)]
@@ -104,32 +113,45 @@ pub fn share(chance: u64) -> f32 {
     (chance >> 40) as f32 / 16_777_216.0
 }
 
-/// A panel of a wall, or a cell.
+/// A panel of a wall.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    /// The walls across this axis; None: a cell.
-    across: Option<usize>,
-    /// −1: the low wall.
-    side: f32,
+struct Panel {
+    /// The wall lies across this axis.
+    axis: usize,
+    /// Along the axis into the box: 1 at the low wall.
+    inward: f32,
     /// Number along each axis.
     at: [u32; 3],
-    /// How many there are along each.
+    /// How many there are along each, as powers of two; across the wall one.
     bits: [u32; 3],
 }
 
-impl Place {
-    /// Area of a panel [m²], or volume of a cell [m³], of a box of an extent [m].
-    fn size(&self, extent: [f32; 3]) -> f32 {
-        let sides = (0..3).filter(|axis| self.across != Some(*axis));
+impl Panel {
+    /// Where it is, of a box of an extent [m].
+    fn part(&self, extent: [f32; 3]) -> Part {
+        let low = core::array::from_fn(|axis| {
+            let share = self.at[axis] as f32 / (1 << self.bits[axis]) as f32 - 0.5;
+            extent[axis] * if axis == self.axis { -0.5 * self.inward } else { share }
+        });
+        let high = core::array::from_fn(|axis| {
+            let side = extent[axis] / (1 << self.bits[axis]) as f32;
+            low[axis] + if axis == self.axis { 0.0 } else { side }
+        });
+        Part { low, high }
+    }
+
+    /// [m²]
+    fn area(&self, extent: [f32; 3]) -> f32 {
+        let sides = (0..3).filter(|axis| *axis != self.axis);
         sides.map(|axis| extent[axis] / (1 << self.bits[axis]) as f32).product()
     }
 
-    /// A point of it by chance [2⁻³² of the extent, from the box's middle]; on a wall's panel the axis across is its wall.
+    /// A point of it by chance [2⁻³² of the extent, from the box's middle].
     fn point(&self, chance: u64) -> [i32; 3] {
         let within = words(chance);
         core::array::from_fn(|axis| {
-            if self.across == Some(axis) {
-                return if self.side < 0.0 { i32::MIN } else { i32::MAX };
+            if self.axis == axis {
+                return if self.inward > 0.0 { i32::MIN } else { i32::MAX };
             }
             let bits = self.bits[axis];
             let offset = (u64::from(self.at[axis]) << (32 - bits)) | (u64::from(within[axis]) >> bits);
@@ -138,18 +160,31 @@ impl Place {
     }
 }
 
+/// A place where water may come in, and the most that it may be.
+#[derive(Clone, Copy, Debug)]
+enum Candidate {
+    /// A panel, and the bound of the speed [m/s].
+    Wall(Panel, f32),
+    /// Beside sources, and the bound of the divergence [1/s].
+    Spring(f32),
+    /// Outside of the box.
+    Nowhere,
+}
+
 /// Where new water comes into a box in one step.
 #[derive(Clone, Debug, Default)]
 pub struct Inflow {
     extent: [f32; 3],
-    places: Vec<Place>,
-    /// Sums of what comes in up to and with each place [m³/s].
+    panels: Vec<Panel>,
+    /// Bounds of the speed through each panel [m/s].
+    most: Vec<f32>,
+    shells: Vec<Shell>,
+    /// Sums of the bounds of what comes in, up to and with each panel and each shell [m³/s].
     sums: Vec<f32>,
     taken: bool,
     here: Room,
     other: Room,
-    tried: Room,
-    tried_other: Room,
+    springs: Room,
 }
 
 impl Inflow {
@@ -161,20 +196,20 @@ impl Inflow {
         let bits = extent.map(|e| (0..=BITS).rev().find(|b| fits(e, *b)).unwrap_or(0));
         let mut inflow = Self { extent: extent.map(|e| e as f32), ..Self::default() };
         for axis in 0..3 {
-            for side in [-1.0, 1.0] {
-                let bits = core::array::from_fn(|i| if i == axis { 0 } else { bits[i] + 1 });
-                inflow.add(Some(axis), side, bits);
+            for inward in [1.0, -1.0] {
+                let bits = core::array::from_fn(|i| if i == axis { 0 } else { bits[i] });
+                inflow.add(axis, inward, bits);
             }
         }
-        inflow.add(None, 0.0, bits);
-        let count = inflow.places.len();
-        inflow.sums = Vec::with_capacity(count);
-        (inflow.here, inflow.other) = (Room::with_capacity(count), Room::with_capacity(count));
-        (inflow.tried, inflow.tried_other) = (Room::with_capacity(TRIES), Room::with_capacity(TRIES));
+        let count = inflow.panels.len();
+        (inflow.most, inflow.sums) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for room in [&mut inflow.here, &mut inflow.other, &mut inflow.springs] {
+            *room = Room::with_capacity(TRIES);
+        }
         inflow
     }
 
-    fn add(&mut self, across: Option<usize>, side: f32, bits: [u32; 3]) {
+    fn add(&mut self, axis: usize, inward: f32, bits: [u32; 3]) {
         for number in 0..1_u32 << bits.iter().sum::<u32>() {
             let mut rest = number;
             let at = bits.map(|bits| {
@@ -182,8 +217,16 @@ impl Inflow {
                 rest >>= bits;
                 at
             });
-            self.places.push(Place { across, side, at, bits });
+            self.panels.push(Panel { axis, inward, at, bits });
         }
+    }
+
+    /// Makes room for so many sources and holes, so that no later draw allocates.
+    pub fn make_room(&mut self, sources: usize) {
+        let shells = sources * bounds::MOST_SHELLS;
+        self.shells.reserve(shells.saturating_sub(self.shells.len()));
+        let sums = self.panels.len() + shells;
+        self.sums.reserve(sums.saturating_sub(self.sums.len()));
     }
 
     /// Forgets the step before.
@@ -191,20 +234,15 @@ impl Inflow {
         self.taken = false;
     }
 
-    /// A place by how much water comes in, and how far inward it flows in this step [2⁻³² of the extent]. `chance`: of the
-    /// step, and of the one who is placed.
-    pub fn draw(&mut self, water: &Water<'_>, step: u64, chance: u64) -> [i32; 3] {
+    /// A place, each by how much water comes in there, and how far inward it flows in this step [2⁻³² of the extent].
+    /// `chance`: of the one who is placed.
+    pub fn draw(&mut self, water: &Water<'_>, chance: u64) -> [i32; 3] {
         if !self.taken {
-            self.take(water, step);
+            self.take(water);
             self.taken = true;
         }
-        let all = self.sums.last().copied().unwrap_or(0.0);
-        for draw in 0..DRAWS {
-            let chance = mix(chance ^ draw);
-            let part = share(chance) * all;
-            let index = self.sums.partition_point(|sum| *sum <= part);
-            let Some(place) = self.places.get(index).copied() else { break };
-            if let Some(found) = self.within(water, &place, mix(chance)) {
+        for round in 0..ROUNDS {
+            if let Some(found) = self.try_some(water, mix(chance ^ round)) {
                 return found;
             }
         }
@@ -212,73 +250,100 @@ impl Inflow {
         words(chance).map(|word| word as i32)
     }
 
-    fn take(&mut self, water: &Water<'_>, step: u64) {
-        let Self { places, sums, here, other, extent, .. } = self;
-        let walls = places.iter().position(|place| place.across.is_none()).unwrap_or(places.len());
-        let (walls, cells) = places.split_at(walls);
-        here.clear();
-        let points = walls.iter().enumerate().map(|(number, place)| place.point(mix(step ^ number as u64)));
-        points.for_each(|point| here.push(water.metres(point)));
-        through(water, |index| walls[index].across, here, other);
+    /// The bounds of all places.
+    fn take(&mut self, water: &Water<'_>) {
+        let Self { panels, most, shells, sums, extent, .. } = self;
+        most.clear();
+        shells.clear();
         sums.clear();
         let mut sum = 0.0;
-        for (index, place) in walls.iter().enumerate() {
-            let Some(axis) = place.across else { continue };
-            sum += entering(here, other, index, axis, place.side)[0] * place.size(*extent);
+        for panel in panels.iter() {
+            let bound = water
+                .packed
+                .most_entering(&panel.part(*extent), *extent, panel.axis, panel.inward)
+                .min(FASTEST);
+            most.push(bound);
+            sum += bound * panel.area(*extent);
             sums.push(sum);
         }
-        if !water.sources.has_sources() {
-            return;
-        }
-        here.clear();
-        let points = cells.iter().enumerate().map(|(number, place)| place.point(mix(!step ^ number as u64)));
-        points.for_each(|point| here.push(water.metres(point)));
-        here.diverge(water.sources, water.level);
-        for (place, divergence) in cells.iter().zip(&here.v[0]) {
-            sum += divergence.clamp(0.0, 1e6) * place.size(*extent);
+        let whole = Part { low: extent.map(|e| -0.5 * e), high: extent.map(|e| 0.5 * e) };
+        water.sources.shells(&whole, shells);
+        for shell in shells.iter() {
+            sum += shell.mass();
             sums.push(sum);
         }
     }
 
-    /// One of some points of a place.
-    fn within(&mut self, water: &Water<'_>, place: &Place, chance: u64) -> Option<[i32; 3]> {
-        let Self { tried, tried_other, .. } = self;
-        tried.clear();
-        let point = |number: usize| place.point(mix(chance ^ number as u64));
-        (0..TRIES).for_each(|number| tried.push(water.metres(point(number))));
-        let mut odds = [0.0; TRIES];
-        let mut way = [0.0; TRIES];
-        if let Some(axis) = place.across {
-            through(water, |_| place.across, tried, tried_other);
-            for number in 0..TRIES {
-                let [excess, speed] = entering(tried, tried_other, number, axis, place.side);
-                odds[number] = excess;
-                // It came in at some time of the step.
-                way[number] = speed * water.dt * share(mix(!chance ^ number as u64));
+    /// Holds some candidates, each drawn by its bound, against what is there; the first that holds.
+    fn try_some(&mut self, water: &Water<'_>, chance: u64) -> Option<[i32; 3]> {
+        let all = self.sums.last().copied().filter(|all| *all > 0.0)?;
+        let chance_of = |number: usize| mix(chance ^ (number as u64) << 8);
+        let mut places = [[0; 3]; TRIES];
+        let mut candidates = [Candidate::Nowhere; TRIES];
+        self.here.clear();
+        self.springs.clear();
+        for (number, (place, candidate)) in places.iter_mut().zip(&mut candidates).enumerate() {
+            (*place, *candidate) = self.candidate(water, all, chance_of(number));
+            let point = water.metres(*place);
+            self.here.push(point);
+            self.springs.push(point);
+        }
+        let across = |number: usize| match &candidates[number] {
+            Candidate::Wall(panel, _) => Some(panel.axis),
+            _ => None,
+        };
+        through(water, across, &mut self.here, &mut self.other);
+        self.springs.diverge(water.sources, water.level);
+        for (number, candidate) in candidates.into_iter().enumerate() {
+            let chance = chance_of(number);
+            let odds = share(mix(chance ^ 0x6f64));
+            match candidate {
+                Candidate::Wall(panel, most) => {
+                    let [excess, speed] = entering(&self.here, &self.other, number, panel.axis, panel.inward);
+                    if odds * most < excess {
+                        // It came in at some time of the step; no farther than to the middle.
+                        let way = speed * water.dt * share(mix(!chance)) / water.unit[panel.axis];
+                        let inward = way.min(2_147_483_520.0) as i32;
+                        let mut place = places[number];
+                        place[panel.axis] += if panel.inward > 0.0 { inward } else { -inward };
+                        return Some(place);
+                    }
+                }
+                Candidate::Spring(most) => {
+                    if odds * most < self.springs.v[0][number] {
+                        return Some(places[number]);
+                    }
+                }
+                Candidate::Nowhere => {}
             }
-        } else {
-            tried.diverge(water.sources, water.level);
-            for (odds, divergence) in odds.iter_mut().zip(&tried.v[0]) {
-                *odds = divergence.clamp(0.0, 1e6);
-            }
         }
-        let all: f32 = odds.iter().sum();
-        if all <= 0.0 {
-            return None;
+        None
+    }
+
+    /// A place by the bounds.
+    fn candidate(&self, water: &Water<'_>, all: f32, chance: u64) -> ([i32; 3], Candidate) {
+        let part = share(mix(chance)) * all;
+        let index = self.sums.partition_point(|sum| *sum <= part);
+        if let Some(panel) = self.panels.get(index) {
+            return (panel.point(chance), Candidate::Wall(*panel, self.most[index]));
         }
-        let mut rest = share(mix(chance ^ 0x6f64)) * all;
-        let chosen = odds.iter().position(|odds| {
-            rest -= odds;
-            rest < 0.0
-        });
-        let chosen = chosen.unwrap_or(0);
-        let mut found = point(chosen);
-        if let Some(axis) = place.across {
-            // No farther than to the middle.
-            let inward = (way[chosen] / water.unit[axis]).min(2_147_483_520.0) as i32;
-            found[axis] = if place.side < 0.0 { found[axis] + inward } else { found[axis] - inward };
+        let nowhere = ([0; 3], Candidate::Nowhere);
+        let Some(shell) = self.shells.get(index - self.panels.len()) else { return nowhere };
+        let [first, second, third] = words(chance).map(|word| f64::from(word) / 4_294_967_296.0);
+        let y = 2.0 * first - 1.0;
+        let level = (1.0 - y * y).max(0.0).sqrt();
+        let (cosine, sine) = cos_sin_f64(TAU * second);
+        let direction = [level * cosine, y, level * sine].map(|v| v as f32);
+        let point = shell.point(direction, third as f32);
+        if (0..3).any(|axis| point[axis].abs() >= 0.5 * self.extent[axis]) {
+            return nowhere;
         }
-        Some(found)
+        // A cast saturates.
+        let place = core::array::from_fn(|axis| (point[axis] / water.unit[axis]) as i32);
+        let here = water.metres(place);
+        // Each source's own part of the bound: where several reach, each of them draws.
+        let most: f32 = self.shells.iter().map(|shell| shell.at(here)).sum();
+        (place, Candidate::Spring(most))
     }
 }
 
@@ -297,8 +362,8 @@ fn through(water: &Water<'_>, across: impl Fn(usize) -> Option<usize>, here: &mu
 }
 
 /// Speed inward at a point of a wall: what does not come by wrapping, and all [m/s].
-fn entering(here: &Room, other: &Room, number: usize, axis: usize, side: f32) -> [f32; 2] {
-    let (enters, leaves) = (-side * here.v[axis][number], -side * other.v[axis][number]);
-    let enters = enters.clamp(0.0, 1e4);
+fn entering(here: &Room, other: &Room, number: usize, axis: usize, inward: f32) -> [f32; 2] {
+    let (enters, leaves) = (inward * here.v[axis][number], inward * other.v[axis][number]);
+    let enters = enters.clamp(0.0, FASTEST);
     [(enters - leaves.max(0.0)).max(0.0), enters]
 }

@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 use reef_flow::{
     simd::{Lanes, mul_add},
-    waves::{Lens, Selection, select},
+    waves::{Lens, Rule, Selection, select},
 };
 use reef_sdk::abi::{Camera, Wave};
 
@@ -12,6 +12,8 @@ use reef_sdk::abi::{Camera, Wave};
 pub struct Levels {
     /// Leave out wave trains that nobody sees the work of (§3.3.1).
     pub trains: bool,
+    /// Which of them those are.
+    pub selection: Rule,
     /// Leave out orbits and sprites of what is not in view (§3.3.2).
     pub visible: bool,
     /// Let slaves follow their masters beyond D_m (§3.3.3).
@@ -38,6 +40,7 @@ impl Default for Levels {
     fn default() -> Self {
         Self {
             trains: true,
+            selection: Rule::Sum,
             visible: true,
             masters: true,
             fog: true,
@@ -135,12 +138,14 @@ impl Trains {
     }
 }
 
-/// What the wave trains' list means for the levels of detail. Made anew when something of it changes, not each step.
+/// What the wave trains' list means for the particles of a box. Made anew when something of it changes, not each step.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     key: Key,
     selection: Option<Selection>,
     trains: Trains,
+    /// The trains, those that move the box's water most first.
+    order: Vec<u16>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -148,24 +153,51 @@ struct Key {
     focal: f64,
     corner: f64,
     threshold: f64,
+    rule: Rule,
 }
 
 impl Choice {
-    /// Looks at a step's trains through its camera.
-    pub fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, threshold: f64) {
+    /// Looks at a step's trains through its camera. `heights`: of the box's bottom and top [m, world].
+    pub fn update(
+        &mut self,
+        waves: &[Wave],
+        depth: f64,
+        camera: &Camera,
+        levels: &Levels,
+        [bottom, top]: [f64; 2],
+    ) {
         let lens = Lens::new(camera);
-        let key = Key { focal: lens.focal, corner: lens.corner, threshold };
+        let (threshold, rule) = (levels.threshold, levels.selection);
+        let key = Key { focal: lens.focal, corner: lens.corner, threshold, rule };
         if key == self.key && self.selection.is_some() && self.trains.are(waves, depth) {
             return;
         }
         self.key = key;
         self.trains.become_these(waves, depth);
-        self.selection = Some(Selection::new(waves, depth, lens, threshold));
+        self.order.clear();
+        self.order.extend((0..).take(waves.len()));
+        if rule == Rule::Sum {
+            // Short waves hardly reach down: what matters least there comes last.
+            let axis = |number: &u16| select::axis(&waves[usize::from(*number)], depth, 0.5 * (bottom + top));
+            self.order.sort_by(|a, b| axis(b).total_cmp(&axis(a)));
+        }
+        let ordered: Vec<Wave> = self.order.iter().map(|number| waves[usize::from(*number)]).collect();
+        self.selection = Some(Selection::new(&ordered, depth, lens, threshold, rule, [bottom, top]));
+    }
+
+    /// Numbers of the trains, in the order in which [`Choice::count`] counts them.
+    pub fn order(&self) -> &[u16] {
+        &self.order
     }
 
     /// How many trains matter for orbits at the height `y` [m, world] at a distance [m] from the eye.
     pub fn count(&self, y: f32, distance: f32) -> usize {
         self.selection.as_ref().map_or(usize::MAX, |selection| selection.count(y, distance))
+    }
+
+    /// The table for many.
+    pub fn selection(&self) -> Option<&Selection> {
+        self.selection.as_ref()
     }
 }
 

@@ -11,7 +11,7 @@
 //! 4. single particles beyond D_M, for which a local fog stands ([`fog`]).
 //!
 //! - [`config`], [`kind`]: what a scene says, and what each kind of particle is without it.
-//! - [`seed`]: where particles begin, and which of them are neighbours.
+//! - [`seed`]: where particles begin; [`group`]: which of them are a master and its slaves.
 //! - [`cloud`]: all boxes of a module, stepped together; [`drift`]: eq. (3) and what is in view; [`reenter`]: those that
 //!   leave their box, [`inflow`]: where they come again, [`lasting`]: which sources count; [`ride`]: eq. (2), and sprites; [`fog`]: what stands for many.
 //! - The plugin is [`Particles`].
@@ -31,6 +31,7 @@ pub mod config;
 mod debug;
 pub mod drift;
 pub mod fog;
+pub mod group;
 pub mod inflow;
 pub mod kind;
 pub mod lasting;

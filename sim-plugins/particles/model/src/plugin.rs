@@ -1,6 +1,6 @@
 //! The plugin: configuration in, streams out.
 
-use reef_flow::Level;
+use reef_flow::{Level, waves::Rule};
 use reef_sdk::prelude::*;
 
 use crate::{
@@ -22,13 +22,21 @@ pub struct Particles {
     _textures: Vec<Texture>,
 }
 
+/// Names of the figures of a step.
+const ORBITS: &str = "orbits in a step";
+const TRAINS: &str = "wave trains in them";
+
 /// What can change while the sea runs.
 pub const PARAMS: &[Param] = &[
     Param::switch(1, "trains")
         .label("Choose wave trains")
         .group("Levels of detail")
         .default(1.0)
-        .help("Leaves out wave trains that move a particle by less than the threshold, all together, at its distance."),
+        .help("Leaves out wave trains that are too small to be seen at a particle's distance."),
+    Param::choice(12, "selection", &["sum", "each"])
+        .label("Which trains are left out")
+        .group("Levels of detail")
+        .help("sum: those that move a particle by less than the threshold all together, at its depth; each: the paper's rule, each that raises the surface by less."),
     Param::switch(2, "visible")
         .label("Only what is in view")
         .group("Levels of detail")
@@ -51,7 +59,7 @@ pub const PARAMS: &[Param] = &[
         .range(0.01, 100.0)
         .default(1.0)
         .logarithmic()
-        .help("A_min: what all wave trains that are left out may move a particle by, in the scene's viewport."),
+        .help("A_min: what wave trains that are left out may move a particle by, in the scene's viewport."),
     Param::float(6, "master_distance")
         .label("Masters from")
         .group("Levels of detail")
@@ -143,6 +151,7 @@ impl Particles {
         let on = |id| input.param(id) >= 0.5;
         Levels {
             trains: on(1),
+            selection: if on(12) { Rule::Each } else { Rule::Sum },
             visible: on(2),
             masters: on(3),
             fog: on(4),
@@ -203,6 +212,10 @@ impl Plugin for Particles {
         let trace = if around.trace { output.reserve::<abi::Trace>(counts.trace)? } else { &mut [] };
         cloud.emit(&around, sprites, trace);
         output.commit::<abi::Billboard>(counts.sprites)?;
+        let [orbits, trains] = cloud.work();
+        let host = input.host();
+        host.figure(ORBITS, orbits as f64);
+        host.figure(TRAINS, trains as f64);
         if around.trace {
             output.commit::<abi::Trace>(counts.trace)?;
         }
@@ -218,28 +231,11 @@ impl Plugin for Particles {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        let State { counts, turns, dt, at: [x, y, z], jumped, sources } = self.cloud.save();
-        state.put("counts", &counts);
-        state.put("turns", &turns);
-        state.put_one("dt", dt);
-        state.put("x", &x);
-        state.put("y", &y);
-        state.put("z", &z);
-        state.put("jumped", &jumped);
-        state.put("sources", &sources);
+        self.cloud.save().write(state);
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
-        // Version 1 had neither: nothing jumped, and all sources last until it is seen that they move.
-        let known = state.version() > 1;
-        let saved = State {
-            jumped: if known { state.get("jumped")? } else { Vec::new() },
-            sources: if known { state.get("sources")? } else { Vec::new() },
-            counts: state.get("counts")?,
-            turns: state.get("turns")?,
-            dt: state.get_one("dt")?,
-            at: [state.get("x")?, state.get("y")?, state.get("z")?],
-        };
+        let saved = State::read(state)?;
         self.cloud.load(&saved).map_err(|problem| StateError::Refused(format!("the saved state {problem}")))
     }
 }

@@ -6,11 +6,14 @@
 //! −∇·V of it in a second, centres go with it, with those odds. Each centre that went so is placed anew at once where new
 //! water comes in ([`crate::inflow`]).
 //!
+//! A master that its slaves follow never vanishes from among them, nor comes anew among its own: they would jump with it. In
+//! its place the nearest of them vanishes, whose water does, too.
+//!
 //! So the water that a source makes brings its particles with it, the water that a hole takes away takes them along, and
 //! their number never changes. Nor does their density: a cubic metre has as many when it comes as when it goes.
 
 use crate::{
-    drift::MOST_MEMBERS,
+    drift::{MOST_MEMBERS, WORDS},
     inflow::{Inflow, Room, Water, share},
     seed::mix,
 };
@@ -31,7 +34,16 @@ pub struct Chunks<'a> {
     pub groups: usize,
     /// What all centres have drifted alike.
     pub now: [i32; 3],
+    /// How many particles there are.
+    pub count: u64,
+    /// d_pmin, d_pmax [m].
+    pub range: [f64; 2],
+    /// Of each chunk, who jumped in this step.
+    pub jumped: &'a mut [[u64; WORDS]],
 }
+
+/// Whose master comes anew is not among them after so many draws.
+const DRAWS: u64 = 16;
 
 impl Chunks<'_> {
     /// Where the centre in a slot of the box is.
@@ -43,6 +55,34 @@ impl Chunks<'_> {
         for (axis, place) in place.into_iter().enumerate() {
             self.at[axis][slot] = place.wrapping_sub(self.now[axis]);
         }
+    }
+
+    /// Says that another one jumped.
+    fn jumps_instead(&mut self, slot: usize, instead: usize) {
+        let bit = |slot: usize| (slot / self.slots, slot % self.slots / 64, 1_u64 << (slot % 64));
+        let [(chunk, word, bit_of), other] = [bit(slot), bit(instead)];
+        self.jumped[chunk][word] &= !bit_of;
+        self.jumped[other.0][other.1] |= other.2;
+    }
+
+    fn is_master(&self, slot: usize) -> bool {
+        self.members > 1 && slot % self.slots < self.groups
+    }
+
+    /// The slave of a master in a slot that is nearest to a place, if it is where slaves follow: d_pmin … d_pmax away.
+    fn nearest_slave(&self, master: usize, place: [i32; 3], water: &Water<'_>) -> Option<usize> {
+        let number = self.number(master);
+        let here = water.metres(place);
+        let slaves = (1..self.members).filter(|j| number + (*j as u64) < self.count);
+        let apart = slaves.map(|j| {
+            let slave = master + j * self.groups;
+            let there = water.metres(self.place(slave));
+            let square: f64 = (0..3).map(|axis| f64::from(there[axis] - here[axis]).powi(2)).sum();
+            (square, slave)
+        });
+        let [least, most] = self.range.map(|distance| distance * distance);
+        let near = apart.filter(|(square, _)| (least..=most).contains(square));
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, slave)| slave)
     }
 
     /// Number of the particle in a slot of the box.
@@ -95,6 +135,11 @@ impl Leavers {
         self.slots.push((slot, axes));
     }
 
+    /// Makes room for so many sources and holes.
+    pub fn make_room(&mut self, sources: usize) {
+        self.inflow.make_room(sources);
+    }
+
     /// Whether nobody left.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
@@ -125,10 +170,26 @@ impl Leavers {
                 let (entry, exit) = (inward * self.here.v[axis][i], inward * self.left.v[axis][i]);
                 axes >> axis & 1 == 0 || (entry > 0.0 && entry > odds * exit)
             });
-            if *axes == 0 || !flows_on {
-                let place = self.inflow.draw(water, seed, mix(chance));
-                chunks.put(slot, place);
+            if *axes != 0 && flows_on {
+                continue;
             }
+            let mut gone = slot;
+            if *axes == 0
+                && chunks.is_master(slot)
+                && let Some(slave) = chunks.nearest_slave(slot, chunks.place(slot), water)
+                && self.slots.iter().all(|(other, _)| *other as usize != slave)
+            {
+                chunks.jumps_instead(slot, slave);
+                gone = slave;
+            }
+            let mut place = self.inflow.draw(water, mix(chance));
+            for draw in 0..DRAWS {
+                if !chunks.is_master(gone) || chunks.nearest_slave(gone, place, water).is_none() {
+                    break;
+                }
+                place = self.inflow.draw(water, mix(chance ^ mix(draw)));
+            }
+            chunks.put(gone, place);
         }
         self.inflow.forget();
     }

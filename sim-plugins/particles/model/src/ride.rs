@@ -1,22 +1,22 @@
 //! Particles on the waves, eq. (2), and what is shown of them.
 //!
 //! Each particle that may be in view rides on its own orbit, unless it is a slave beyond D_m: then it is carried as its
-//! master is (§3.3.3). Between the two it goes over from one to the other smoothly. A slave follows only while it is
-//! d_pmin … d_pmax from its master; one that the currents took elsewhere rides by itself, and so do the slaves of a master
+//! master is (§3.3.3). Between the two it goes over from one to the other smoothly. Who follows at all, be it in part, is
+//! d_pmin … d_pmax from its master: one that the currents took elsewhere rides by itself, and so do the slaves of a master
 //! that is about to leave the box: on the other side the wave has another phase.
 
-use fearless_simd::{Simd, f32x8, f32x16};
+use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
     Level, Packed,
     simd::{Lanes, mul_add},
     velocity,
-    waves::{Trains, orbit},
+    waves::{Selection, Trains, orbit},
 };
 use reef_sdk::abi::{self, Billboard, Trace};
 
 use crate::{
     drift::{BLOCK, IN_VIEW, SLOT, SLOTS, WORDS, bounded},
-    levels::{Band, Choice},
+    levels::Band,
     looks::Looks,
 };
 
@@ -35,7 +35,7 @@ pub struct Ride<'a> {
     /// The wave trains.
     pub trains: &'a Trains,
     /// How many of them matter; None: all.
-    pub choice: Option<&'a Choice>,
+    pub selection: Option<&'a Selection>,
     /// World height of the box's middle [m].
     pub level: f32,
     /// What all centres have drifted alike [2⁻³² of the extent].
@@ -48,6 +48,8 @@ pub struct Ride<'a> {
     pub extent: [f64; 3],
     /// Who looks, relative to the box's middle [m].
     pub eye: [f32; 3],
+    /// The plane through the eye across its view: normal, and height over the box's middle [m].
+    pub ahead: [f32; 4],
     /// How slaves follow; None: they do not.
     pub follow: Option<Follow>,
     /// Where single particles fade; each None: nowhere.
@@ -113,18 +115,29 @@ pub struct Room {
     p: [Vec<f32>; 3],
     master: [Vec<f32>; 3],
     drift: [Vec<f32>; 3],
-    distance: Vec<f32>,
+    /// Where the table holds how many trains matter for each: for its own orbit, and for that of its master.
+    cell: Vec<i32>,
+    master_cell: Vec<i32>,
     alpha: Vec<f32>,
     follow: Vec<f32>,
     own: Vec<u16>,
     leader: Vec<u16>,
     /// Who rides for each group's slaves.
     leaders: Vec<u16>,
-    /// Those who ride: centre, least distance from the eye, displacement, velocity.
+    /// Those who ride: centre, how many trains matter, displacement, velocity.
     q: [Vec<f32>; 3],
-    nearest: Vec<f32>,
+    trains: Vec<u16>,
     displacement: [Vec<f32>; 3],
     speed: [Vec<f32>; 3],
+}
+
+/// What a chunk's ride took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Orbits that were computed.
+    pub orbits: u32,
+    /// Wave trains in all of them.
+    pub trains: u32,
 }
 
 impl Default for Room {
@@ -135,14 +148,15 @@ impl Default for Room {
             p: three(),
             master: three(),
             drift: three(),
-            distance: one(),
+            cell: vec![0; SLOTS],
+            master_cell: vec![0; SLOTS],
             alpha: one(),
             follow: one(),
             own: vec![NOBODY; SLOTS],
             leader: vec![NOBODY; SLOTS],
             leaders: vec![NOBODY; SLOTS],
             q: three(),
-            nearest: one(),
+            trains: vec![0; SLOTS],
             displacement: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
             speed: core::array::from_fn(|_| vec![0.0; SLOTS + 1]),
         }
@@ -158,7 +172,7 @@ pub fn ride(
     scratch: &mut Room,
     sprites: &mut [Billboard],
     trace: &mut [Trace],
-) {
+) -> Work {
     gather(ride, listed, scratch);
     let count = listed.seen.len();
     reef_flow::dispatch!(level, simd => {
@@ -168,25 +182,51 @@ pub fn ride(
             place::<_, f32x8<_>, 8>(simd, ride, scratch, count);
         }
     });
-    let riders = choose(listed, scratch);
-    carry(level, ride, scratch, riders);
+    let riders =
+        if ride.follow.is_some() { choose(ride, listed, scratch) } else { all_ride(ride, scratch, count) };
+    let trains = carry(level, ride, scratch, riders);
+    add_up(ride, scratch, count);
     emit(ride, listed, scratch, sprites, trace);
+    Work { orbits: riders as u32, trains }
 }
 
-/// Centres of the listed particles, and of their masters, side by side.
+/// Centres of the listed particles, and (where slaves follow) of their masters, side by side.
 fn gather(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) {
-    let padded = listed.seen.len().next_multiple_of(BLOCK);
+    let count = listed.seen.len();
+    let padded = count.next_multiple_of(BLOCK);
     for axis in 0..3 {
-        let (own, masters) = (&mut scratch.p[axis], &mut scratch.master[axis]);
         let (at, now, unit) = (listed.at[axis], ride.now[axis], ride.unit[axis]);
-        let offset = |slot: usize| at[slot].wrapping_add(now) as f32 * unit;
-        for ((own, master), entry) in own.iter_mut().zip(masters.iter_mut()).zip(listed.seen) {
-            let slot = usize::from(entry & SLOT);
-            *own = offset(slot);
-            *master = offset(slot & (listed.groups - 1));
+        let own = &mut scratch.p[axis];
+        side_by_side(listed.seen, |entry| usize::from(entry & SLOT), at, now, unit, own);
+        own[count..padded].fill(0.0);
+        if ride.follow.is_some() {
+            let masters = &mut scratch.master[axis];
+            let group = |entry| usize::from(entry & SLOT) & (listed.groups - 1);
+            side_by_side(listed.seen, group, at, now, unit, masters);
+            masters[count..padded].fill(0.0);
         }
-        own[listed.seen.len()..padded].fill(0.0);
-        masters[listed.seen.len()..padded].fill(0.0);
+    }
+}
+
+/// Offsets of some slots in metres; where they are neighbours, all of a block at once. `slot`: that of an entry of the list.
+#[inline(always)]
+fn side_by_side(seen: &[u16], slot: impl Fn(u16) -> usize, at: &[i32], now: i32, unit: f32, out: &mut [f32]) {
+    let metres = |offset: i32| offset.wrapping_add(now) as f32 * unit;
+    let (blocks, rest) = seen.as_chunks::<BLOCK>();
+    let (out_blocks, out_rest) = out.split_at_mut(blocks.len() * BLOCK);
+    for (entries, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<BLOCK>().0) {
+        let first = slot(entries[0]);
+        let apart = (0..BLOCK).fold(0, |apart, lane| apart | slot(entries[lane]) ^ (first + lane));
+        if apart == 0
+            && let Some(own) = at.get(first..).and_then(|own| own.first_chunk::<BLOCK>())
+        {
+            *out = own.map(metres);
+        } else {
+            *out = entries.map(|entry| metres(at[slot(entry)]));
+        }
+    }
+    for (out, entry) in out_rest.iter_mut().zip(rest) {
+        *out = metres(at[slot(*entry)]);
     }
 }
 
@@ -205,7 +245,23 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
         let p = load::<S, V>(simd, &scratch.p, first, WIDTH);
         let eye = splat::<S, V>(simd, ride.eye);
         let distance = length(sub(p, eye));
-        distance.store_slice(&mut scratch.distance[here.clone()]);
+        if let Some(selection) = ride.selection {
+            let [x, y, z, height] = ride.ahead;
+            let along = mul_add(p[0], V::splat(simd, x), V::splat(simd, height));
+            let along = mul_add(p[2], V::splat(simd, z), mul_add(p[1], V::splat(simd, y), along));
+            let along = along.max(V::splat(simd, 0.0));
+            // Beyond the picture's corner nobody looks.
+            let corner = distance * V::splat(simd, 1.0 / selection.corner());
+            let shown = (along * along / distance.max(V::splat(simd, 1e-6))).max(corner);
+            let level = V::splat(simd, ride.level);
+            let cell = selection.cell(simd, p[1] + level, distance, shown);
+            cell.store_slice(&mut scratch.cell[here.clone()]);
+            if ride.follow.is_some() {
+                let y = V::from_slice(simd, &scratch.master[1][here.clone()]) + level;
+                let cell = selection.cell(simd, y, distance, shown);
+                cell.store_slice(&mut scratch.master_cell[here.clone()]);
+            }
+        }
         let mut alpha = ride.fades.near.ramp(simd, distance) * (one - ride.fades.end.ramp(simd, distance));
         if let Some(fog) = ride.fades.fog {
             alpha *= one - fog.ramp(simd, distance);
@@ -246,14 +302,28 @@ fn place<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     }
 }
 
+/// Each rides by itself.
+fn all_ride(ride: &Ride<'_>, scratch: &mut Room, count: usize) -> usize {
+    for (q, p) in scratch.q.iter_mut().zip(&scratch.p) {
+        q[..count].copy_from_slice(&p[..count]);
+    }
+    if let Some(selection) = ride.selection {
+        for (trains, cell) in scratch.trains.iter_mut().zip(&scratch.cell[..count]) {
+            *trains = selection.of(*cell);
+        }
+    }
+    count
+}
+
 /// Who rides: each that does not follow wholly, and the master of each that follows. Returns how many.
-fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
+fn choose(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) -> usize {
     let mut riders = 0;
+    let matter = |cell: i32| ride.selection.map_or(u16::MAX, |selection| selection.of(cell));
     scratch.leaders[..listed.groups].fill(NOBODY);
     for (i, entry) in listed.seen.iter().enumerate() {
         let slot = usize::from(entry & SLOT);
         let (group, is_master) = (slot & (listed.groups - 1), slot < listed.groups);
-        let (follow, distance) = (if is_master { 0.0 } else { scratch.follow[i] }, scratch.distance[i]);
+        let follow = if is_master { 0.0 } else { scratch.follow[i] };
         scratch.follow[i] = follow;
         scratch.own[i] = NOBODY;
         scratch.leader[i] = NOBODY;
@@ -266,11 +336,12 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
                 for axis in 0..3 {
                     scratch.q[axis][riders] = scratch.master[axis][i];
                 }
-                scratch.nearest[riders] = distance;
+                scratch.trains[riders] = 0;
                 riders += 1;
             }
-            let nearest = &mut scratch.nearest[usize::from(leader)];
-            *nearest = nearest.min(distance);
+            // As many as the nearest of those needs that it carries.
+            let trains = &mut scratch.trains[usize::from(leader)];
+            *trains = (*trains).max(matter(scratch.master_cell[i]));
             if is_master {
                 scratch.own[i] = leader;
             } else {
@@ -282,15 +353,15 @@ fn choose(listed: &Listed<'_>, scratch: &mut Room) -> usize {
             for axis in 0..3 {
                 scratch.q[axis][riders] = scratch.p[axis][i];
             }
-            scratch.nearest[riders] = distance;
+            scratch.trains[riders] = matter(scratch.cell[i]);
             riders += 1;
         }
     }
     riders
 }
 
-/// The orbits of all riders.
-fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) {
+/// The orbits of all riders. Returns how many trains were evaluated in all.
+fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) -> u32 {
     let padded = riders.next_multiple_of(BLOCK);
     for axis in 0..3 {
         scratch.q[axis][riders..padded].fill(0.0);
@@ -300,17 +371,16 @@ fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) {
             scratch.displacement[axis][..riders].fill(0.0);
             scratch.speed[axis][..riders].fill(0.0);
         }
-        return;
+        return 0;
     }
+    let mut trains = 0;
     let mut first = 0;
-    while first < padded {
-        // The same for all of a block, at every level: what the nearest and highest of it needs.
+    while first < riders {
         let last = riders.min(first + BLOCK);
-        let count = ride.choice.map_or(usize::MAX, |choice| {
-            let nearest = scratch.nearest[first..last].iter().fold(f32::INFINITY, |a, b| a.min(*b));
-            let highest = scratch.q[1][first..last].iter().fold(f32::NEG_INFINITY, |a, b| a.max(*b));
-            choice.count(highest + ride.level, nearest)
-        });
+        // The same for all of a block, at every level: what that one needs that needs most.
+        let most = scratch.trains[first..last].iter().fold(0, |a, b| a.max(*b));
+        let count = if ride.selection.is_some() { usize::from(most) } else { usize::MAX };
+        let count = count.min(ride.trains.len());
         reef_flow::dispatch!(level, simd => {
             if matches!(simd.level(), fearless_simd::Level::Avx512(_)) {
                 block::<_, f32x16<_>, 16>(simd, ride, count, scratch, first);
@@ -318,8 +388,10 @@ fn carry(level: Level, ride: &Ride<'_>, scratch: &mut Room, riders: usize) {
                 block::<_, f32x8<_>, 8>(simd, ride, count, scratch, first);
             }
         });
-        first += BLOCK;
+        trains += (count * (last - first)) as u32;
+        first = last;
     }
+    trains
 }
 
 #[inline(always)]
@@ -346,6 +418,28 @@ fn block<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     }
 }
 
+/// Orbits onto centres and drift, in their place; and how much is seen.
+fn add_up(ride: &Ride<'_>, scratch: &mut Room, count: usize) {
+    let Room { p, drift, displacement, speed, follow, own, leader, alpha, .. } = scratch;
+    let bounded = |v: f32| v.clamp(-FASTEST, FASTEST);
+    for axis in 0..3 {
+        let (p, v) = (&mut p[axis][..count], &mut drift[axis][..count]);
+        let (displacement, speed) = (&displacement[axis], &speed[axis]);
+        if ride.follow.is_none() {
+            p.iter_mut().zip(displacement).for_each(|(p, d)| *p += d);
+            v.iter_mut().zip(speed).for_each(|(v, s)| *v = bounded(*v + s));
+            continue;
+        }
+        for i in 0..count {
+            let (own, leader, follow) = (usize::from(own[i]), usize::from(leader[i]), follow[i]);
+            let mix = |values: &[f32]| values[own] * (1.0 - follow) + values[leader] * follow;
+            p[i] += mix(displacement);
+            v[i] = bounded(v[i] + mix(speed));
+        }
+    }
+    alpha[..count].iter_mut().for_each(|alpha| *alpha = (ride.opacity * *alpha).clamp(0.0, 1.0));
+}
+
 /// Sprites and trace. The trace is summed in f64: a slave's place from its master's is then that of their centres.
 fn emit(
     ride: &Ride<'_>,
@@ -357,23 +451,26 @@ fn emit(
     let mut sprites = sprites.iter_mut();
     let shift = listed.groups.trailing_zeros();
     let facing = if ride.looks.facing { abi::BILLBOARD_FACING } else { 0 };
-    for (i, entry) in listed.seen.iter().enumerate() {
+    let all = listed.seen.iter();
+    let Room { p: [x, y, z], drift: [vx, vy, vz], alpha, .. } = scratch;
+    let moving = x.iter().zip(y).zip(z).zip(vx.iter().zip(vy).zip(vz)).zip(alpha);
+    for (i, (entry, ((((x, y), z), ((vx, vy), vz)), alpha))) in all.zip(moving).enumerate() {
         let slot = usize::from(entry & SLOT);
         let number = (slot & (listed.groups - 1)) * listed.members + (slot >> shift);
         let look = ride.looks.of(listed.first + number as u64);
-        let follow = scratch.follow[i];
-        let (own, leader) = (scratch.own[i], scratch.leader[i]);
-        let mix =
-            |values: &[f32]| values[usize::from(own)] * (1.0 - follow) + values[usize::from(leader)] * follow;
-        let position: [f32; 3] =
-            core::array::from_fn(|axis| scratch.p[axis][i] + mix(&scratch.displacement[axis]));
+        let position = [*x, *y, *z];
         if let Some(trace) = trace.get_mut(number) {
             *trace = Trace {
                 object: u64::from(ride.object),
                 position: core::array::from_fn(|axis| {
                     let moved = &scratch.displacement[axis];
-                    let [own, leader] = [own, leader].map(|rider| f64::from(moved[usize::from(rider)]));
-                    let follow = f64::from(follow);
+                    // Where nobody follows, each rides by itself.
+                    let riders = match ride.follow {
+                        Some(_) => [scratch.own[i], scratch.leader[i]].map(usize::from),
+                        None => [i, i],
+                    };
+                    let [own, leader] = riders.map(|rider| f64::from(moved[rider]));
+                    let follow = f64::from(scratch.follow[i]);
                     let offset = listed.at[axis][slot].wrapping_add(ride.now[axis]);
                     let offset = f64::from(offset) / 4_294_967_296.0 * ride.extent[axis];
                     ride.center[axis] + offset + (own * (1.0 - follow) + leader * follow)
@@ -394,10 +491,8 @@ fn emit(
             position,
             size: look.size * ride.size,
             axis: look.axis,
-            opacity: (ride.opacity * scratch.alpha[i]).clamp(0.0, 1.0),
-            velocity: core::array::from_fn(|axis| {
-                (scratch.drift[axis][i] + mix(&scratch.speed[axis])).clamp(-FASTEST, FASTEST)
-            }),
+            opacity: *alpha,
+            velocity: [*vx, *vy, *vz],
             roll: look.roll,
             object: ride.object,
             texture: ride.looks.texture,

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use reef_flow::math::cos_sin_f64;
 use reef_sdk::abi::Camera;
 
-/// The planes of the frustum: left, right, below, above, and the eye's own.
+/// The planes of the frustum: left, right, below, above, and the eye's own, across its view.
 pub const PLANES: usize = 5;
 
 /// What a camera sees, without a far end.

@@ -6,14 +6,14 @@ use reef_sdk::abi::Wave;
 use super::{Cloud, Now, Surroundings, Swarm, fill, id_of, whole};
 use crate::{
     drift::{Drift, Sight},
-    levels::{Band, Choice, Levels, reach},
+    levels::{Band, Levels, reach},
     ride::{Fades, Follow, Ride},
     seed,
-    view::View,
+    view::{PLANES, View},
 };
 
 /// Slaves of a master ride by themselves when it comes as near to a wall as this [m], or as this share of the box.
-const WALL: (f64, f64) = (0.05, 0.02);
+const WALL: (f64, f64) = (0.2, 0.04);
 
 /// Places that are compared side by side.
 const LANES: usize = 16;
@@ -27,9 +27,6 @@ impl Cloud {
         self.field.refill(around.flow);
         self.lasting.refill(around.flow, around.dt);
         self.choosing = levels.trains && !around.waves.is_empty();
-        if self.choosing {
-            self.choice.update(around.waves, around.depth, around.camera, levels.threshold);
-        }
         if around.dt > 0.0 {
             self.last_dt = around.dt;
         }
@@ -44,14 +41,20 @@ impl Cloud {
             swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, id);
             // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
             let [vx, _, vz] = swarm.packed.uniform();
+            let heights = [swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y];
+            if self.choosing {
+                swarm.choice.update(around.waves, around.depth, around.camera, &levels, heights);
+            }
+            let order = if self.choosing { swarm.choice.order() } else { &[] };
             self.met.clear();
-            self.met.extend(around.waves.iter().map(|wave| {
+            self.met.extend((0..around.waves.len()).map(|number| {
+                let wave = &around.waves[order.get(number).map_or(number, |number| usize::from(*number))];
                 let along = wave.direction[0] * vx + wave.direction[1] * vz;
                 Wave { frequency: wave.frequency - wave.wave_number * along, ..*wave }
             }));
             swarm.trains.fill(&self.met, around.depth, swarm.plan.center);
             if !reached {
-                let (bottom, top) = (swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y);
+                let [bottom, top] = heights;
                 swarm.reach = reach(around.waves, around.depth, bottom, top);
             }
             swarm.begin(around, &levels, &view, self.last_dt);
@@ -82,6 +85,7 @@ impl Swarm {
         };
         let smallest = extent.into_iter().fold(f64::INFINITY, f64::min);
         let [least, most] = self.plan.follow;
+        let blur = 1e-6 * self.half.max_element();
         self.now = Now {
             flowing: !self.packed.is_uniform(),
             uniform,
@@ -104,10 +108,12 @@ impl Swarm {
                 ],
             }),
             eye: local.eye,
+            ahead: local.planes[PLANES - 1],
             follow: (levels.masters).then(|| Follow {
                 distance: levels.master_band(),
-                least: Band::new(0.5 * least, least),
-                most: Band::new(most, 1.25 * most),
+                // What f32 makes of a place in the box, and more.
+                least: Band::new(1.001 * least + blur, 1.25 * least + blur),
+                most: Band::new(0.85 * most - blur, 0.999 * most - blur),
                 wall: Band::new(0.0, WALL.0.min(WALL.1 * smallest)),
             }),
         };
@@ -166,7 +172,7 @@ impl Swarm {
         &'a self,
         object: u32,
         levels: &Levels,
-        choice: Option<&'a Choice>,
+        choosing: bool,
         packed: Option<&'a Packed>,
     ) -> Ride<'a> {
         let now = &self.now;
@@ -174,13 +180,14 @@ impl Swarm {
             packed: packed.filter(|packed| !packed.is_uniform()),
             uniform: now.uniform,
             trains: &self.trains,
-            choice,
+            selection: if choosing { self.choice.selection() } else { None },
             level: self.center.y as f32,
             now: now.after,
             unit: self.unit,
             half: self.half.as_vec3().to_array(),
             extent: self.plan.extent,
             eye: now.eye,
+            ahead: now.ahead,
             follow: now.follow,
             fades: Fades {
                 near: Levels::near_band(),

@@ -1,6 +1,8 @@
 //! What a later step depends on: where the centres are, and where the sources were. And what a picture of the present one
 //! does: which of the centres jumped.
 
+use reef_sdk::{StateError, StateReader, StateWriter};
+
 use super::{Cloud, UNKNOWN, slot_of};
 use crate::drift::WORDS;
 
@@ -19,6 +21,35 @@ pub struct State {
     pub jumped: Vec<u32>,
     /// Where each source and hole of the sea was in the last step: x, y, z [m, world].
     pub sources: Vec<f64>,
+}
+
+impl State {
+    /// Into the plugin's state, version 2.
+    pub fn write(&self, state: &mut StateWriter) {
+        let [x, y, z] = &self.at;
+        state.put("counts", &self.counts);
+        state.put("turns", &self.turns);
+        state.put_one("dt", self.dt);
+        state.put("x", x);
+        state.put("y", y);
+        state.put("z", z);
+        state.put("jumped", &self.jumped);
+        state.put("sources", &self.sources);
+    }
+
+    /// Out of it. Version 1 had no jumps and no sources: nothing jumped, and all sources last until it is seen that they
+    /// move.
+    pub fn read(state: &mut StateReader) -> Result<Self, StateError> {
+        let known = state.version() > 1;
+        Ok(Self {
+            jumped: if known { state.get("jumped")? } else { Vec::new() },
+            sources: if known { state.get("sources")? } else { Vec::new() },
+            counts: state.get("counts")?,
+            turns: state.get("turns")?,
+            dt: state.get_one("dt")?,
+            at: [state.get("x")?, state.get("y")?, state.get("z")?],
+        })
+    }
 }
 
 impl Cloud {

@@ -32,18 +32,21 @@ fn chi_square(centers: &[DVec3], cells: [usize; 3]) -> (f64, f64) {
     (chi, free * (1.0 - share + 2.326 * share.sqrt()).powi(3))
 }
 
-/// Greatest density of a layer of a twentieth at any of the six walls, over the mean.
-fn densest_wall(cloud: &Cloud) -> f64 {
+/// Density of a layer at each of the six walls, over the mean. `thickness`: share of the box.
+fn walls(cloud: &Cloud, thickness: f64) -> Vec<f64> {
     let extent = cloud.plan(0).expect("a box").extent;
     let centers = centers(cloud, 0);
-    let mut densest: f64 = 0.0;
-    for axis in 0..3 {
-        for side in [-1.0, 1.0] {
-            let wall = centers.iter().filter(|c| side * c[axis] > 0.45 * extent[axis]).count();
-            densest = densest.max(wall as f64 / (0.05 * centers.len() as f64));
-        }
-    }
-    densest
+    let faces = (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]);
+    let density = |(axis, side): (usize, f64)| {
+        let wall = centers.iter().filter(|c| side * c[axis] > (0.5 - thickness) * extent[axis]).count();
+        wall as f64 / (thickness * centers.len() as f64)
+    };
+    faces.map(density).collect()
+}
+
+/// Greatest density of a layer of a twentieth at any of the six walls, over the mean.
+fn densest_wall(cloud: &Cloud) -> f64 {
+    walls(cloud, 0.05).into_iter().fold(0.0, f64::max)
 }
 
 fn inside(cloud: &Cloud) -> bool {
@@ -182,6 +185,52 @@ fn a_source_and_a_hole_leave_no_crowd_at_the_walls_and_the_number_as_it_was() {
         ),
         ("a hole in water that comes and goes", vec![hole(2.7, -3.0, 0.0), travelling()]),
     ]);
+}
+
+#[test]
+fn a_slow_source_and_hole_in_a_slow_current_leave_all_walls_as_dense_as_the_rest() {
+    // 4π Φ of 72 m³ comes new in a second: in 300 s, all of it.
+    let flow = [
+        current(DVec3::new(0.08, 0.0, 0.016)),
+        local(abi::FLOW_SOURCE, DVec3::new(-1.0, -2.0, 0.5), 0.02, 0.2),
+        local(abi::FLOW_HOLE, DVec3::new(1.2, -1.8, -0.6), 0.02, 0.2),
+    ]
+    .map(|flow| Flow { core: 0.0, ..flow });
+    let long = std::env::var_os("REEF_LONG").is_some();
+    let (counts, times): (&[u32], &[u64]) =
+        if long { (&[20_000, 60_000], &[60, 300, 600]) } else { (&[20_000], &[60, 300]) };
+    let camera = blind();
+    let (mut sum, mut expected) = (0.0, 0.0);
+    for count in counts {
+        for seed in [7, 8] {
+            let mut cloud = cloud(&format!(
+                "[[boxes]]\nlow = [-3.0, -3.0, -3.0]\nhigh = [3.0, -1.0, 3.0]\ncount = {count}\nseed = {seed}\n"
+            ));
+            let mut number = 0;
+            for time in times {
+                while number < 30 * time {
+                    number += 1;
+                    let around = Surroundings { step: number, dt: 1.0 / 30.0, ..around(&flow, &[], &camera) };
+                    cloud.advance(&around, &Levels::default());
+                }
+                for thickness in [0.025, 0.05, 0.1] {
+                    let faces = walls(&cloud, thickness);
+                    println!("{count}, seed {seed}, {time} s, {thickness}: {faces:.3?}");
+                    let layer = thickness * f64::from(*count);
+                    // Chance alone: 5 σ.
+                    let most = 1.0 + 5.0 / layer.sqrt();
+                    assert!(faces.iter().all(|face| *face < most.min(1.2)), "{faces:?} of at most {most}");
+                    sum += faces.iter().sum::<f64>() * layer;
+                    expected += 6.0 * layer;
+                }
+                let (chi, most) = chi_square(&centers(&cloud, 0), [6, 2, 6]);
+                assert!(chi < 2.0 * most, "seed {seed}, {time} s: χ² {chi} of {most}");
+            }
+        }
+    }
+    // All walls together: chance leaves them half a percent.
+    println!("{:.4} of the mean at the walls", sum / expected);
+    assert!((sum / expected - 1.0).abs() < 0.015, "{sum} of {expected}");
 }
 
 #[test]

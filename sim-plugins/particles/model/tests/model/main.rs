@@ -4,5 +4,6 @@ mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;
 mod drift;
+mod groups;
 mod levels;
 mod repeatable;

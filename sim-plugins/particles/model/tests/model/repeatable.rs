@@ -2,8 +2,11 @@
 
 use glam::DVec3;
 use reef_flow::Level;
-use reef_particles_model::{Cloud, Levels, Surroundings};
-use reef_sdk::abi::{self, Billboard, Trace};
+use reef_particles_model::{Cloud, Levels, Surroundings, cloud::State};
+use reef_sdk::{
+    StateError, StateReader, StateWriter,
+    abi::{self, Billboard, Trace},
+};
 
 use crate::common::*;
 
@@ -95,6 +98,37 @@ fn the_picture_of_a_loaded_state_is_that_of_the_saved_one_with_its_jumps() {
     let mut bad = state;
     bad.sources[1] = f64::INFINITY;
     assert!(other.load(&bad).is_err());
+}
+
+#[test]
+fn a_state_of_version_1_is_read_as_one_without_jumps_and_sources() {
+    let mut whole = cloud(BOXES);
+    go(&mut whole, Level::best(), 1..100);
+    let now = whole.save();
+    assert!(!now.sources.is_empty());
+    let old = State { jumped: Vec::new(), sources: Vec::new(), ..now.clone() };
+    // What version 1 wrote.
+    let mut writer = StateWriter::new();
+    writer.put("counts", &old.counts);
+    writer.put("turns", &old.turns);
+    writer.put_one("dt", old.dt);
+    for (name, at) in ["x", "y", "z"].into_iter().zip(&old.at) {
+        writer.put(name, at);
+    }
+    let bytes = writer.finish().expect("each field once");
+    let read = |version| State::read(&mut StateReader::parse(version, &bytes).expect("a state"));
+    assert_eq!(read(1).expect("version 1"), old);
+    // As version 2 it lacks something.
+    assert_eq!(read(2), Err(StateError::Missing("jumped".into())));
+    let mut other = cloud(BOXES);
+    other.load(&old).expect("a state of these boxes");
+    assert_eq!(other.save(), old);
+    go(&mut other, Level::best(), 100..110);
+    // And what is written today comes back whole.
+    let mut writer = StateWriter::new();
+    now.write(&mut writer);
+    let bytes = writer.finish().expect("each field once");
+    assert_eq!(State::read(&mut StateReader::parse(2, &bytes).expect("a state")), Ok(now));
 }
 
 #[test]
