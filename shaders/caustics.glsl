@@ -7,7 +7,7 @@
 /// How much of the caustics is left at a depth [m] and a size of a pixel [m], beyond which the pattern cannot be resolved.
 /// Scattering on the way down softens it: half of its contrast is gone by 12 m.
 float caustic_strength(float depth, float footprint) {
-    return 0.8 * view.sun.w * (1.0 - smoothstep(0.015, 0.16, footprint)) * exp(-depth * 0.058);
+    return 0.8 * view.sun.w * (1.0 - smoothstep(0.012, 0.13, footprint)) * exp(-depth * 0.058);
 }
 
 /// Mean of the unclamped gain at a depth [m].
@@ -24,9 +24,9 @@ vec2 caustic_entry(vec3 p, float depth) {
     return p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
 }
 
-/// How far light goes on converging, `quarter`: a quarter of the depth [m]. Below 5 m lines grow wide rather than many.
+/// How far light goes on converging, `quarter`: a quarter of the depth [m]. Below 4 m lines grow wide rather than many.
 float caustic_reach(float quarter) {
-    return min(quarter, 1.25) + 0.25 * max(quarter - 1.25, 0.0);
+    return min(quarter, 1.0) + 0.25 * max(quarter - 1.0, 0.0);
 }
 
 /// How strongly train `i` bends light. It focuses near 4 / (A k^2); beyond twice that it only blurs.

@@ -84,7 +84,7 @@ fn shafts_of_light_wax_and_wane_over_seconds_without_flicker() {
     let mut range = 0;
     for step in (72..=300).step_by(12) {
         let now = added(step);
-        assert!(most(&last, &now) <= 5, "{} in a fifth of a second", most(&last, &now));
+        assert!(most(&last, &now) <= 3, "{} in a fifth of a second", most(&last, &now));
         range = range.max(most(&first, &now));
         last = now;
     }

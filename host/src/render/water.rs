@@ -27,10 +27,10 @@ type Ripple = (f64, f64, f64, f64);
 /// A breeze over the reef: lengths without a common measure. The first half makes the net: its trains cross at 43 to 50
 /// degrees, so that no way goes along all crests, and focus together at 2 to 5 m. The others bend it.
 const BREEZE: [Ripple; WAVES] = [
-    (0.97, 0.35, 0.50, 0.0),
-    (0.73, -1.26, 0.66, 2.1),
-    (0.57, 1.15, 0.74, 4.4),
-    (0.44, 2.74, 0.74, 1.3),
+    (0.88, 0.35, 0.43, 0.0),
+    (0.66, -1.26, 0.56, 2.1),
+    (0.51, 1.15, 0.63, 4.4),
+    (0.40, 2.74, 0.63, 1.3),
     (3.30, 0.90, 0.20, 3.7),
     (2.30, -0.80, 0.30, 0.8),
     (1.83, 1.90, 0.20, 5.2),
@@ -226,7 +226,7 @@ impl Caustics {
 /// `quick_caustics` in `shaders/ground_low.glsl`. `x`: where the straight ray entered the water.
 pub fn raw_gain(waves: &[[f32; 4]; WAVES], high: bool, mut x: Vec2, depth: f32) -> f32 {
     let quarter = 0.25 * depth;
-    let reach = quarter.min(1.25) + 0.25 * (quarter - 1.25).max(0.0);
+    let reach = quarter.min(1.0) + 0.25 * (quarter - 1.0).max(0.0);
     let mut h = [0.0_f32; 3];
     for (i, &[kx, kz, power, phase]) in waves.iter().enumerate() {
         let k = Vec2::new(kx, kz);
