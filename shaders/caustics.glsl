@@ -41,7 +41,7 @@ const float LONG_REACH = 1.5;
 /// The gain of a Hessian (xx, zz, xz) that is multiplied by the reach; lines are wider farther down.
 float caustic_focus(vec3 h, float quarter) {
     float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
-    return clamp(1.0 / (abs(det) + 0.15 + 0.08 * max(quarter - 1.0, 0.0)), 0.3, 4.0);
+    return clamp(1.0 / (abs(det) + 0.15 + 0.16 * max(quarter - 1.0, 0.0)), 0.3, 4.0);
 }
 
 /// The gain over its mean at the point `p` in eye space, `depth` metres below the surface.

@@ -81,6 +81,7 @@ impl Ball {
 pub fn vertices(terrain: &Terrain, index: usize, sunlight: &Sunlight, ball: &Ball) -> Vec<RockVertex> {
     let rock = &terrain.rocks[index];
     let shape = Shape::new(rock);
+    let shade = sunlight.on(index);
     ball.points
         .iter()
         .map(|&p| {
@@ -103,7 +104,7 @@ pub fn vertices(terrain: &Terrain, index: usize, sunlight: &Sunlight, ball: &Bal
             RockVertex {
                 position: position.to_array(),
                 normal_height: [snorm(normal.x), snorm(normal.y), snorm(normal.z), snorm(above * 4.0)],
-                sunlit: sunlight.at(index, position, normal),
+                sunlit: shade.at(position, normal),
             }
         })
         .collect()

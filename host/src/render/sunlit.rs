@@ -40,11 +40,35 @@ impl Sunlight {
         Self { sun, bodies: rocks.iter().map(Body::new).collect() }
     }
 
-    /// Share of the sun's light at a place on rock `index`, relative to the rock's origin [m], with the unit normal `normal`.
-    pub fn at(&self, index: usize, place: Vec3, normal: Vec3) -> f32 {
+    /// What stands between rock `index` and the sun.
+    pub fn on(&self, index: usize) -> Shade<'_> {
+        let own = &self.bodies[index];
+        let reach = |body: &Body| body.half_axes.max_element();
+        let near = |body: &&Body| {
+            let to = (body.origin - own.origin).as_vec3();
+            let (along, both) = (to.dot(self.sun), reach(own) + reach(body));
+            along > -both && to.length_squared() - along * along < both * both
+        };
+        Shade { sun: self.sun, origin: own.origin, bodies: self.bodies.iter().filter(near).collect() }
+    }
+}
+
+/// One rock in the light of the sun.
+pub struct Shade<'a> {
+    sun: Vec3,
+    origin: DVec3,
+    /// Itself and those that may shade it.
+    bodies: Vec<&'a Body>,
+}
+
+impl Shade<'_> {
+    /// Share of the sun's light at a place on the rock, relative to its origin [m], with the unit normal `normal`.
+    pub fn at(&self, place: Vec3, normal: Vec3) -> f32 {
         let facing = (normal.dot(self.sun) / FACING).clamp(0.0, 1.0);
-        let Some(own) = self.bodies.get(index).filter(|_| facing > 0.0) else { return 0.0 };
-        let from = own.origin + place.as_dvec3();
+        if facing == 0.0 {
+            return 0.0;
+        }
+        let from = self.origin + place.as_dvec3();
         let deepest = self.bodies.iter().map(|body| body.depth((from - body.origin).as_vec3(), self.sun));
         let deepest = deepest.fold(0.0, f32::max);
         facing * facing * (3.0 - 2.0 * facing) * (1.0 - ((deepest - FREE) / (LOST - FREE)).clamp(0.0, 1.0))
@@ -121,7 +145,7 @@ mod tests {
             let turn = n as f32 * 2.4;
             let side = (1.0 - y * y).sqrt();
             let (place, normal) = shape(&low, Vec3::new(side * turn.cos(), y, side * turn.sin()));
-            let light = alone.at(0, place, normal);
+            let light = alone.on(0).at(place, normal);
             assert!(normal.dot(sun) > 0.0 || light == 0.0, "{light} at {place}");
             lit += u32::from(light > 0.9);
         }
@@ -129,6 +153,10 @@ mod tests {
         // A wall between the sun and it.
         let behind = Sunlight::new(&[low, rock(1.1, 3.0)], sun);
         let (place, normal) = shape(&low, Vec3::Y);
-        assert!(alone.at(0, place, normal) > 0.9 && behind.at(0, place, normal) < 0.05);
+        assert!(alone.on(0).at(place, normal) > 0.9 && behind.on(0).at(place, normal) < 0.05);
+        // One far away on the other side is not even looked at.
+        let before = Sunlight::new(&[low, rock(-8.0, 3.0)], sun);
+        assert_eq!(before.on(0).at(place, normal), alone.on(0).at(place, normal));
+        assert_eq!([&alone, &behind, &before].map(|light| light.on(0).bodies.len()), [1, 2, 1]);
     }
 }

@@ -244,7 +244,7 @@ pub fn raw_gain(waves: &[[f32; 4]; WAVES], high: bool, mut x: Vec2, depth: f32) 
         x -= n * (shift * cosine / k.length().max(1e-6));
     }
     let det = (1.0 + h[0]) * (1.0 + h[1]) - h[2] * h[2];
-    (1.0 / (det.abs() + 0.15 + 0.08 * (quarter - 1.0).max(0.0))).clamp(0.3, 4.0)
+    (1.0 / (det.abs() + 0.15 + 0.16 * (quarter - 1.0).max(0.0))).clamp(0.3, 4.0)
 }
 
 #[cfg(test)]
