@@ -1,10 +1,13 @@
-// Focusing of sunlight by waves: refraction straight down to the depth d, gain = 1 / (|det(I + d/4 H)| + .15),
-// H the Hessian of the waves' height. Mean 1 at any depth.
+// Focusing of sunlight by waves: gain = 1 / (|det(I + q H)| + .15), q a quarter of the depth, H the Hessian of the waves' height
+// where the light that arrives at a place entered the water. Mean 1 at any depth. Needs view.glsl.
+//
+// That place is found train by train, the longest first: each shifts it by q times its slope, as light bends away from a
+// slope, so that the crests of the others gather light where this one does. It is what draws the lines together to a net.
 
 /// How much of the caustics is left at a depth [m] and a size of a pixel [m], beyond which the pattern cannot be resolved.
 /// Scattering on the way down softens it: half of its contrast is gone by 12 m.
 float caustic_strength(float depth, float footprint) {
-    return 0.8 * view.sun.w * (1.0 - smoothstep(0.015, 0.16, footprint)) * exp(-depth * 0.058);
+    return 0.8 * view.sun.w * (1.0 - smoothstep(0.012, 0.13, footprint)) * exp(-depth * 0.058);
 }
 
 /// Mean of the unclamped gain at a depth [m].
@@ -16,30 +19,47 @@ float caustic_mean(float depth) {
     return max(mean, 1e-3);
 }
 
-/// How far train `i`, whose sine is `s`, bends the next one: each of the breeze's a little, so that the pattern does not repeat.
-float bend_after(int i, float s, float bend) {
-    return mix(0.0, 0.9 * s + 0.35 * bend, float(i) >= view.sun_color.w);
+/// Where the straight ray that arrives at `p`, in eye space, entered the water (x, z).
+vec2 caustic_entry(vec3 p, float depth) {
+    return p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
+}
+
+/// How far light goes on converging, `quarter`: a quarter of the depth [m]. Below 4 m lines grow wide rather than many.
+float caustic_reach(float quarter) {
+    return min(quarter, 1.0) + 0.25 * max(quarter - 1.0, 0.0);
+}
+
+/// How strongly train `i` bends light. It focuses near 4 / (A k^2); beyond twice that it only blurs.
+float caustic_bend(int i, float quarter) {
+    return clamp(2.0 - quarter * view.wave[i].z, 0.0, 1.0) * caustic_reach(quarter);
+}
+
+/// How far the long trains, the first half, shift light: as 6 m below the surface everywhere. Nearer to it the net of the others
+/// would lie as even as it is.
+const float LONG_REACH = 1.5;
+
+/// The gain of a Hessian (xx, zz, xz) that is multiplied by the reach; lines are wider farther down.
+float caustic_focus(vec3 h, float quarter) {
+    float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
+    return clamp(1.0 / (abs(det) + 0.15 + 0.16 * max(quarter - 1.0, 0.0)), 0.3, 4.0);
 }
 
 /// The gain over its mean at the point `p` in eye space, `depth` metres below the surface.
 float caustic_pattern(vec3 p, float depth) {
-    // Where the ray that hits p entered the water.
-    vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
-    const int count = HIGH != 0u ? WAVES : WAVES / 2;
-    vec3 h = vec3(0.0); // xx, zz, xz
-    float bend = 0.0;
-    for (int i = 0; i < count; i++) {
+    float quarter = 0.25 * depth;
+    vec2 x = caustic_entry(p, depth);
+    vec3 h = vec3(0.0);
+    for (int i = 0; i < WAVES; i++) {
         vec4 w = view.wave[i];
-        // A wave focuses near 4 / (A k^2); beyond twice that it only blurs.
-        float fade = clamp(2.0 - depth * w.z * 0.25, 0.0, 1.0);
-        float s = sin(dot(w.xy, x) + w.w + bend);
-        bend = bend_after(i, s, bend);
-        h -= view.focus[i].xyz * (fade * s);
+        vec4 f = view.focus[i];
+        float bend = caustic_bend(i, quarter);
+        float a = dot(w.xy, x) + w.w;
+        float c = cos(a);
+        // Light that arrives here has crossed this train where its phase is so much less.
+        h -= f.xyz * (bend * sin(a - bend * w.z * c));
+        x -= w.xy * ((i < WAVES / 2 ? LONG_REACH : bend) * f.w * c);
     }
-    h *= 0.25 * depth;
-    float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
-    float gain = clamp(1.0 / (abs(det) + 0.15), 0.3, 4.0);
-    return gain / caustic_mean(depth);
+    return caustic_focus(h, quarter) / caustic_mean(depth);
 }
 
 /// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`: size of a

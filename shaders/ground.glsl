@@ -53,7 +53,7 @@ vec3 lit_ground(vec3 albedo, vec3 normal, vec3 p, vec2 open) {
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
     float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
-    float gain = facing > 0.0 ? caustic_gain(p, depth, footprint) : 1.0;
+    float gain = facing * open.g > 0.0 ? caustic_gain(p, depth, footprint) : 1.0;
     vec3 sun = view.sun_color.rgb * sea * (facing * gain * open.g);
     return albedo * (sun + ambient_light(normal, sea, SAND_DARK) * open.r);
 }

@@ -16,7 +16,7 @@ Haze haze_at(vec3 p) {
     return haze;
 }
 
-/// For the caustics at `p`: depth over four, contrast over mean, and what is left of the light's own evenness.
+/// For the caustics at `p`: a quarter of the depth, contrast over mean, and what is left of the light's own evenness.
 vec3 caustics_at(vec3 p) {
     float depth = max(depth_of(p), 0.05);
     float distance = length(p);
@@ -24,6 +24,27 @@ vec3 caustics_at(vec3 p) {
     float footprint = distance / view.viewport.z * (1.0 + distance / max(abs(p.y), 0.05));
     float strength = caustic_strength(depth, footprint);
     return vec3(0.25 * depth, strength / caustic_mean(depth), 1.0 - strength);
+}
+
+/// Where the light that arrives at `p` entered the water, for the long trains, the first half: they change so little from vertex
+/// to vertex that nobody sees them blended. Far away, where vertices are far apart, they fade.
+vec2 entry_at(vec3 p) {
+    float depth = max(depth_of(p), 0.05);
+    vec2 x = caustic_entry(p, depth);
+    float apart = 0.08 * length(p);
+    for (int i = 0; i < WAVES / 2; i++) {
+        vec4 w = view.wave[i];
+        float seen = exp(-0.5 * dot(w.xy, w.xy) * apart * apart);
+        x -= w.xy * (LONG_REACH * view.focus[i].w * seen * cos(dot(w.xy, x) + w.w));
+    }
+    return x;
+}
+
+/// Cosine, wrong by a twentieth.
+float rough_cosine(float a) {
+    a = a * 0.15915494 + 0.25;
+    a -= floor(a + 0.5);
+    return a * (8.0 - 16.0 * abs(a));
 }
 
 /// Sine, wrong by a thousandth.
@@ -34,27 +55,27 @@ float quick_sine(float a) {
     return y * (0.775 + 0.225 * abs(y));
 }
 
-/// Factor on direct sunlight, as in caustics.glsl; `c` as from caustics_at.
-float quick_caustics(vec3 p, vec3 c) {
-    float depth = 4.0 * c.x;
-    vec2 x = p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
+/// Factor on direct sunlight, as in caustics.glsl; `c` as from caustics_at, `x` as from entry_at.
+float quick_caustics(vec2 x, vec3 c) {
     vec3 h = vec3(0.0);
-    float bend = 0.0;
-    for (int i = 0; i < WAVES / 2; i++) {
+    float reach = caustic_reach(c.x);
+    for (int i = WAVES / 2; i < WAVES; i++) {
         vec4 w = view.wave[i];
         vec4 f = view.focus[i];
-        float s = quick_sine(dot(w.xy, x) + w.w + bend);
-        bend = bend_after(i, s, bend);
-        h -= f.xyz * (clamp(2.0 - c.x * w.z, 0.0, 1.0) * s);
+        float bend = clamp(2.0 - c.x * w.z, 0.0, 1.0) * reach;
+        float a = dot(w.xy, x) + w.w;
+        float cosine = rough_cosine(a);
+        h -= f.xyz * (bend * quick_sine(a - bend * w.z * cosine));
+        x -= w.xy * (bend * f.w * cosine);
     }
-    h *= c.x;
-    float det = (1.0 + h.x) * (1.0 + h.y) - h.z * h.z;
-    return c.z + c.y * clamp(1.0 / (abs(det) + 0.15), 0.3, 4.0);
+    return c.z + c.y * caustic_focus(h, c.x);
 }
 
-/// Light from the ground to the eye. `open`: r to the water around, g to the sun.
-vec3 seen_ground(vec3 albedo, vec3 normal, vec3 p, vec2 open, vec3 caustics, vec3 through, vec3 added) {
+/// Light from the ground to the eye. `open`: r to the water around, g to the sun; the others as from caustics_at, entry_at
+/// and haze_at.
+vec3 seen_ground(vec3 albedo, vec3 normal, vec2 open, vec3 caustics, vec2 entry, Haze haze) {
     float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
-    vec3 light = view.sun_color.rgb * (facing * quick_caustics(p, caustics) * open.g) + ambient_light(normal, vec3(1.0), SAND_DARK) * open.r;
-    return albedo * light * through + added;
+    vec3 light = view.sun_color.rgb * (facing * quick_caustics(entry, caustics) * open.g)
+        + ambient_light(normal, vec3(1.0), SAND_DARK) * open.r;
+    return albedo * light * haze.through + haze.added;
 }

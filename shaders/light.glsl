@@ -7,5 +7,5 @@ vec3 ambient_light(vec3 normal, vec3 sea_light, vec3 ground) {
     return view.ambient.rgb * sea_light * mix(ground * 0.8, water, up);
 }
 
-const vec3 SAND_LIGHT = vec3(0.760, 0.615, 0.400);
-const vec3 SAND_DARK = vec3(0.490, 0.370, 0.215);
+const vec3 SAND_LIGHT = vec3(0.850, 0.645, 0.385);
+const vec3 SAND_DARK = vec3(0.560, 0.400, 0.215);

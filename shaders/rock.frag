@@ -15,6 +15,7 @@ layout(set = 0, binding = 4) uniform sampler2D contact;
 #include "rock.glsl"
 
 layout(location = 0) in vec4 normal_buried;
+layout(location = 1) in float sunlit;
 layout(location = 0) out vec4 color;
 
 void main() {
@@ -44,5 +45,5 @@ void main() {
 
     float open;
     vec3 albedo = boulder(n, t, detail, normal_buried.w * 0.25, open);
-    color = written(through_water(lit_ground(albedo, bent, p, vec2(open, 1.0)), p), 1.0, gl_FragCoord.xy);
+    color = written(through_water(lit_ground(albedo, bent, p, vec2(open, sunlit)), p), 1.0, gl_FragCoord.xy);
 }

@@ -6,8 +6,10 @@
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal_buried; // w: height above the ground [m], scaled by 4 and clamped
+layout(location = 2) in float sunlit;       // share of the sun's light that nothing keeps away
 
 layout(location = 0) out vec4 out_normal_buried;
+layout(location = 1) out float out_sunlit;
 
 layout(push_constant) uniform Push {
     vec4 origin; // in eye space
@@ -16,4 +18,5 @@ layout(push_constant) uniform Push {
 void main() {
     gl_Position = view.clip_from_eye * vec4(position + push.origin.xyz, 1.0);
     out_normal_buried = normal_buried;
+    out_sunlit = sunlit;
 }

@@ -16,6 +16,8 @@ layout(location = 0) in vec4 normal_buried;
 layout(location = 1) in vec3 caustics;
 layout(location = 2) in vec3 through;
 layout(location = 3) in vec3 added;
+layout(location = 4) in vec2 entry;
+layout(location = 5) in float sunlit;
 
 layout(location = 0) out vec4 color;
 
@@ -29,5 +31,5 @@ void main() {
     vec3 bent = normalize(n - bump * 1.3);
     float open;
     vec3 albedo = boulder(n, t, fine.a, normal_buried.w * 0.25, open);
-    color = written(seen_ground(albedo, bent, p, vec2(open, 1.0), caustics, through, added), 1.0, gl_FragCoord.xy);
+    color = written(seen_ground(albedo, bent, vec2(open, sunlit), caustics, entry, Haze(through, added)), 1.0, gl_FragCoord.xy);
 }

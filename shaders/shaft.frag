@@ -10,7 +10,7 @@ layout(set = 0, binding = 2) uniform sampler2D depths;
 
 layout(location = 0) in vec2 uv;
 layout(location = 1) in vec3 place;
-layout(location = 2) flat in float gain;
+layout(location = 2) flat in float bright;
 
 layout(location = 0) out vec4 color;
 
@@ -26,6 +26,6 @@ void main() {
     float toward = 0.3 + 0.7 * min(0.51 * inversesqrt(x) / x, 2.5);
     vec3 tint = view.scattered.rgb / max(view.scattered.b, max(view.scattered.g, view.scattered.r));
     vec3 light = mix(tint, vec3(1.0), 0.5) * sea_light_at(depth_of(place)) * exp(-view.beam.rgb * distance * 0.3);
-    float strength = 0.06 * min(1.8 * toward, 1.0) * gain * across * across * along * soft * clamp(distance - 0.5, 0.0, 1.0);
+    float strength = 0.06 * min(1.8 * toward, 1.0) * bright * across * across * along * soft * clamp(distance - 0.5, 0.0, 1.0);
     color = vec4(light * strength, 0.0);
 }

@@ -3,8 +3,6 @@
 // A shaft of light: a strip from the surface down along the sun's rays, turned to the eye about its axis.
 
 #include "view.glsl"
-#include "water.glsl"
-#include "caustics.glsl"
 
 struct Shaft {
     vec2 place;     // x, z where it enters the water, in eye space [m]
@@ -15,7 +13,7 @@ layout(set = 0, binding = 1, std430) readonly buffer Shafts { Shaft shafts[]; };
 
 layout(location = 0) out vec2 out_uv; // -1..1 across; 0 at the surface, 1 at the lower end
 layout(location = 1) out vec3 out_place;
-layout(location = 2) flat out float out_gain;
+layout(location = 2) flat out float out_strength;
 
 void main() {
     Shaft shaft = shafts[gl_VertexIndex / 6];
@@ -36,13 +34,5 @@ void main() {
     gl_Position = view.clip_from_eye * vec4(p, 1.0);
     out_uv = uv;
     out_place = p;
-    // The waves over it focus light into it, or do not: the mean of four places across it, 3 m below the surface.
-    float gain = 0.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 across = (vec2(i & 1, i >> 1) - 0.5) * shaft.width * 0.6;
-        vec3 at = top + down * (3.0 / view.sun.y) + vec3(across.x, 0.0, across.y);
-        gain += 0.25 * caustic_pattern(at, 3.0);
-    }
-    gain = mix(1.0, gain, caustic_strength(3.0, 0.0));
-    out_gain = shaft.strength * clamp((gain - 0.35) * 1.3, 0.15, 1.0);
+    out_strength = shaft.strength;
 }

@@ -41,7 +41,7 @@ vec3 mirrored_light(vec3 direction) {
     float down = max(-direction.y, 0.02);
     float distance = view.bed.x / down;
     vec3 k = view.beam.rgb + view.downwelling.rgb * down;
-    vec3 water = view.scattered.rgb * toward_sun(direction) * from_above(direction.y) * (view.beam.rgb / k);
+    vec3 water = view.scattered.rgb * toward_sun(direction) * from_above(direction) * (view.beam.rgb / k);
     vec3 sand = vec3(0.62, 0.54, 0.40) * (view.sun_color.rgb * view.sun.y + view.ambient.rgb) * sea_light_at(view.bed.x);
     return water * (1.0 - exp(-k * distance)) + sand * exp(-view.beam.rgb * distance);
 }

@@ -16,6 +16,7 @@ layout(location = 0) in vec2 slope;
 layout(location = 1) in vec3 caustics;
 layout(location = 2) in vec3 through;
 layout(location = 3) in vec3 added;
+layout(location = 4) in vec2 entry;
 
 layout(location = 0) out vec4 color;
 
@@ -26,5 +27,5 @@ void main() {
     vec3 normal = vec3(-gradient.x, 1.0, -gradient.y) * inversesqrt(1.0 + dot(gradient, gradient));
     vec3 albedo = mix(SAND_DARK, SAND_LIGHT, texel.r) * (texel.a * 1.15);
     vec2 open = texture(contact, (p.xz - view.contact_origin.xy) * view.terrain_size.zw).rg;
-    color = written(seen_ground(albedo, normal, p, open, caustics, through, added), 1.0, gl_FragCoord.xy);
+    color = written(seen_ground(albedo, normal, open, caustics, entry, Haze(through, added)), 1.0, gl_FragCoord.xy);
 }

@@ -21,20 +21,21 @@ layout(set = 0, binding = 0, std140) uniform View {
     vec4 viewport;         // width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m]
     vec4 eye;              // world position of the eye [m]; w: wave number of the sand ripples [rad/m]
     vec4 sun;              // unit vector toward the refracted sun; w: strength of caustics 0..1
-    vec4 sun_color;        // just below the surface; w: how many of the caustic waves, the first, are the scene's own
+    vec4 sun_color;        // just below the surface
     vec4 ambient;          // just below the surface; w: time [s]
     vec4 beam;             // c [1/m]; w: 1 plain background, 0 sea
     vec4 downwelling;      // Kd [1/m]; w: brightness of the picture; 1 is the scene's own
     vec4 scattered;        // W0 at the surface; w: y of the surface [m]
     vec4 plain;            // plain background; w: height of the terrain's sand ripples [m]
-    vec4 terrain_origin;   // x, z of the first height relative to the eye [m]; cell [m]; y of height 0 relative to the eye
+    vec4 terrain_origin;   // x, z of the height that `bed` names, relative to the eye [m]; cell [m]; y of height 0 relative to the eye
     vec4 terrain_size;     // columns, rows; 1/extent of the contact map in x, z [1/m]
     vec4 contact_origin;   // x, z of the contact map's first texel relative to the eye [m]; direction of the surge
     vec4 caustic_mean;     // mean gain of the unclamped formula at 1, 2, 4, 8 m below the surface
-    vec4 wave[WAVES];      // wave vector x, z [rad/m]; A k^2 [1/m]; phase at the eye [rad]
+    vec4 wave[WAVES];      // caustic trains: wave vector x, z [rad/m]; A k^2 [1/m]; phase at the eye [rad]; the long ones first
     vec4 surface[SURFACE_WAVES]; // wave vector x, z [rad/m]; amplitude [m]; phase at the eye [rad]
-    vec4 bed;              // mean depth of the bed below the surface [m]
-    vec4 focus[WAVES];     // A k^2 [1/m] times the unit wave vector's x x, z z, x z
+    vec4 bed;              // mean depth of the bed below the surface [m]; eye over the highest ground or under the lowest [m];
+                           // column and row of a height near the eye, may be outside of the field
+    vec4 focus[WAVES];     // A k^2 [1/m] times the unit wave vector's x x, z z, x z; A [m]
 } view;
 
 /// Whether nothing but what is drawn is shown, before a plain background: for mix().

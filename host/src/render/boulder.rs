@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::Vec3;
 
+use super::sunlit::Sunlight;
 use crate::world::environment::{Rock, Terrain};
 
 /// Subdivisions of the icosahedron, finest first.
@@ -19,6 +20,8 @@ pub struct RockVertex {
     pub position: [f32; 3],
     /// Unit normal, and four times the height above the ground [m], each as a signed normalised 16-bit number.
     pub normal_height: [i16; 4],
+    /// Share of the sun's light that nothing keeps away, 0 to 1.
+    pub sunlit: f32,
 }
 
 /// A ball of radius 1: points and triangles.
@@ -74,9 +77,11 @@ impl Ball {
     }
 }
 
-/// The vertices of one rock on the points of a ball. Normals come from the shape itself, so that all levels agree.
-pub fn vertices(rock: &Rock, terrain: &Terrain, ball: &Ball) -> Vec<RockVertex> {
+/// The vertices of rock `index` on the points of a ball. Normals come from the shape itself, so that all levels agree.
+pub fn vertices(terrain: &Terrain, index: usize, sunlight: &Sunlight, ball: &Ball) -> Vec<RockVertex> {
+    let rock = &terrain.rocks[index];
     let shape = Shape::new(rock);
+    let shade = sunlight.on(index);
     ball.points
         .iter()
         .map(|&p| {
@@ -99,19 +104,22 @@ pub fn vertices(rock: &Rock, terrain: &Terrain, ball: &Ball) -> Vec<RockVertex> 
             RockVertex {
                 position: position.to_array(),
                 normal_height: [snorm(normal.x), snorm(normal.y), snorm(normal.z), snorm(above * 4.0)],
+                sunlit: shade.at(position, normal),
             }
         })
         .collect()
 }
 
-struct Shape<'a> {
+/// A rock's shape.
+pub struct Shape<'a> {
     rock: &'a Rock,
     bumps: FastNoiseLite,
     cracks: FastNoiseLite,
 }
 
 impl<'a> Shape<'a> {
-    fn new(rock: &'a Rock) -> Self {
+    /// That of a rock.
+    pub fn new(rock: &'a Rock) -> Self {
         let mut bumps = FastNoiseLite::with_seed(rock.seed as i32);
         bumps.set_noise_type(Some(NoiseType::OpenSimplex2));
         bumps.set_fractal_type(Some(FractalType::FBm));
@@ -125,13 +133,17 @@ impl<'a> Shape<'a> {
         Self { rock, bumps, cracks }
     }
 
-    /// The surface in the direction `p`, relative to the rock's centre. It stays within the half axes, which is where
-    /// the simulation keeps things out.
-    fn at(&self, p: Vec3) -> Vec3 {
+    /// Distance of the surface in the direction `p`, a unit vector in the rock's own axes, as a share of the half axes.
+    pub fn radius(&self, p: Vec3) -> f32 {
         let bump = self.bumps.get_noise_3d(p.x, p.y, p.z);
         let crack = self.cracks.get_noise_3d(p.x, p.y, p.z);
-        let r = (0.84 + 0.26 * bump - 0.13 * crack.max(0.0)).clamp(0.55, 1.0);
-        let q = p * r * Vec3::from(self.rock.half_axes);
+        (0.84 + 0.26 * bump - 0.13 * crack.max(0.0)).clamp(0.55, 1.0)
+    }
+
+    /// The surface in the direction `p`, relative to the rock's centre [m]. It stays within the half axes, which is where
+    /// the simulation keeps things out.
+    pub fn at(&self, p: Vec3) -> Vec3 {
+        let q = p * self.radius(p) * Vec3::from(self.rock.half_axes);
         let (sin, cos) = self.rock.yaw.sin_cos();
         Vec3::new(q.x * cos + q.z * sin, q.y, q.z * cos - q.x * sin)
     }
@@ -179,7 +191,9 @@ mod tests {
         let environment = sample::environment();
         let Some(terrain) = &environment.terrain else { return };
         let rock = Rock { yaw: 0.0, ..terrain.rocks[0] };
-        let radii: Vec<f32> = vertices(&rock, terrain, &Ball::new(3))
+        let terrain = Terrain { rocks: vec![rock], ..Terrain::clone(terrain) };
+        let sunlight = Sunlight::new(&terrain.rocks, environment.sun.direction);
+        let radii: Vec<f32> = vertices(&terrain, 0, &sunlight, &Ball::new(3))
             .iter()
             .map(|v| (Vec3::from(v.position) / Vec3::from(rock.half_axes)).length())
             .collect();

@@ -121,7 +121,7 @@ fn rock_blots(rock: &Rock, slant: Vec2, blots: &mut Vec<Blot>) {
     blots.push(blot(1.35, 0.6, 0.30, 0, Vec2::ZERO));
     // Shadows of three slices, so that a high rock throws a long one.
     for (height, scale) in [(0.2, 0.95), (0.45, 0.8), (0.7, 0.55)] {
-        blots.push(blot(scale, 0.25, 0.55, 1, slant * (rock.half_axes[1] * height)));
+        blots.push(blot(scale, 0.25, 0.7, 1, slant * (rock.half_axes[1] * height)));
     }
 }
 

@@ -22,6 +22,8 @@ mod device_tests;
 pub mod fibres;
 pub mod gather;
 pub mod layers;
+#[cfg(test)]
+mod light_tests;
 mod lines;
 pub mod lod;
 pub mod markers;
@@ -34,8 +36,11 @@ mod shafts;
 mod sky;
 #[cfg(test)]
 mod sprite_tests;
+mod sunlit;
 mod targets;
 mod terrain;
+#[cfg(test)]
+mod tile_tests;
 pub mod tiles;
 mod tone;
 pub mod twin;
@@ -235,8 +240,8 @@ impl Renderer {
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &self.layers, &targets)?;
         self.bodies.draw(frame, view, &marked.bodies, quality, &targets)?;
-        if settings.shafts && quality == Quality::High {
-            self.shafts.draw(frame, view, environment, &lens, &targets)?;
+        if let (Some((_, caustics)), true, Quality::High) = (&self.water, settings.shafts, quality) {
+            self.shafts.draw(frame, view, environment, (caustics, time), &lens, &targets)?;
         }
         let dt = (shot.current.time - shot.previous.time) as f32;
         let back = dt * (1.0 - shot.alpha.clamp(0.0, 1.0));
@@ -273,7 +278,7 @@ impl Renderer {
         };
         if !same_bed {
             self.terrain.set(&self.gpu, environment.terrain.as_ref())?;
-            self.rocks.set(&self.gpu, environment.terrain.as_deref())?;
+            self.rocks.set(&self.gpu, environment.terrain.as_deref(), environment.sun.direction)?;
             self.textures.forget();
             self.bed = environment.terrain.clone();
         }

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use super::{
     boulder::{Ball, RockVertex, SUBDIVISIONS, vertices},
     quality::{ByQuality, Quality},
+    sunlit::Sunlight,
     targets::{DEPTH, LIGHT, Targets},
     terrain::GroundTextures,
     view::Lens,
@@ -50,7 +51,11 @@ pub struct Rocks {
 impl Rocks {
     /// Describes the pipeline, makes the balls.
     pub fn new(gpu: &Gpu) -> Result<Self> {
-        let vertex = [(0, vk::Format::R32G32B32_SFLOAT, 0), (1, vk::Format::R16G16B16A16_SNORM, 12)];
+        let vertex = [
+            (0, vk::Format::R32G32B32_SFLOAT, 0),
+            (1, vk::Format::R16G16B16A16_SNORM, 12),
+            (2, vk::Format::R32_SFLOAT, 20),
+        ];
         let buffers =
             [VertexDesc { stride: size_of::<RockVertex>() as u32, per_instance: false, attributes: &vertex }];
         let desc = GraphicsDesc {
@@ -82,14 +87,15 @@ impl Rocks {
         self.pipeline.prepare(quality)
     }
 
-    /// Shapes a scene's rocks.
-    pub fn set(&mut self, gpu: &Gpu, terrain: Option<&Terrain>) -> Result<()> {
+    /// Shapes a scene's rocks. `sun`: unit vector toward it.
+    pub fn set(&mut self, gpu: &Gpu, terrain: Option<&Terrain>, sun: Vec3) -> Result<()> {
         self.meshes = match terrain.filter(|t| !t.rocks.is_empty()) {
             Some(terrain) => {
+                let sunlight = Sunlight::new(&terrain.rocks, sun);
                 let mut all = Vec::new();
-                for rock in &terrain.rocks {
+                for index in 0..terrain.rocks.len() {
                     for ball in &self.balls {
-                        all.extend(vertices(rock, terrain, ball));
+                        all.extend(vertices(terrain, index, &sunlight, ball));
                     }
                 }
                 let usage = vk::BufferUsageFlags::VERTEX_BUFFER;

@@ -1,5 +1,5 @@
 //! Shafts of sunlight: tall sprites along the refracted sun, added to the water before what they stand in front of. Where
-//! they stand is fixed in the world; how bright each is follows the same waves as the caustics, which focus it.
+//! they stand is fixed in the world; how bright each is follows the long waves of the caustics, slowly.
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -8,6 +8,7 @@ use glam::{DVec2, Vec2};
 use super::{
     targets::{DEPTH, LIGHT, Targets},
     view::Lens,
+    water::Caustics,
 };
 use crate::{
     gpu::{
@@ -59,12 +60,13 @@ impl Shafts {
         self.pipeline.prepare()
     }
 
-    /// The pass: for water that is looked at from below its surface.
+    /// The pass: for water that is looked at from below its surface, at a time [s].
     pub fn draw(
         &self,
         frame: &mut Frame<'_>,
         view: Upload,
         environment: &Environment,
+        (caustics, time): (&Caustics, f64),
         lens: &Lens,
         targets: &Targets<'_>,
     ) -> Result<()> {
@@ -78,7 +80,10 @@ impl Shafts {
         let ahead = DVec2::new(f64::from(lens.forward.x), f64::from(lens.forward.z)) * AHEAD;
         let eye = DVec2::new(lens.eye.x, lens.eye.z);
         let mut shafts = around(eye + ahead, eye);
-        shafts.iter_mut().for_each(|shaft| shaft.strength *= bright);
+        for shaft in &mut shafts {
+            let place = eye + Vec2::from(shaft.place).as_dvec2();
+            shaft.strength *= bright * caustics.shaft(place, time);
+        }
         let count = shafts.len() as u32;
         let shafts = frame.upload(&shafts)?;
         frame

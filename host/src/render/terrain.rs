@@ -133,7 +133,15 @@ pub struct Terrain {
     pipeline: ByQuality,
     /// Of a tile at low and at high quality.
     indices: [Buffer; 2],
-    bed: Option<(Arc<Bed>, Buffer)>,
+    bed: Option<Laid>,
+}
+
+/// A scene's bed on the device.
+struct Laid {
+    bed: Arc<Bed>,
+    heights: Buffer,
+    /// See [`tiles::band`].
+    band: [f32; 2],
 }
 
 impl Terrain {
@@ -168,7 +176,8 @@ impl Terrain {
             Some(bed) => {
                 let heights = tiles::heights(bed);
                 let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-                Some((bed.clone(), gpu.buffer_with("terrain heights", usage, &heights)?))
+                let heights = gpu.buffer_with("terrain heights", usage, &heights)?;
+                Some(Laid { bed: bed.clone(), heights, band: tiles::band(bed) })
             }
             None => None,
         };
@@ -177,13 +186,14 @@ impl Terrain {
 
     /// Where the bed lies, for the shaders.
     pub fn describe(&self, view: &mut View, lens: &Lens) {
-        let Some((bed, _)) = &self.bed else { return };
-        view.terrain_origin = [
-            (bed.origin[0] - lens.eye.x) as f32,
-            (bed.origin[1] - lens.eye.z) as f32,
-            bed.cell,
-            -lens.eye.y as f32,
-        ];
+        let Some(Laid { bed, band, .. }) = &self.bed else { return };
+        let near = tiles::nearest(bed, lens);
+        let place = DVec2::from(bed.origin) + near * f64::from(bed.cell);
+        view.terrain_origin =
+            [(place.x - lens.eye.x) as f32, (place.y - lens.eye.z) as f32, bed.cell, -lens.eye.y as f32];
+        view.bed[1] = tiles::aloof(*band, lens.eye.y) as f32;
+        view.bed[2] = near.x as f32;
+        view.bed[3] = near.y as f32;
         view.terrain_size[0] = bed.columns as f32;
         view.terrain_size[1] = bed.rows as f32;
         let ripples = bed.ripples;
@@ -203,8 +213,8 @@ impl Terrain {
         textures: &GroundTextures,
         targets: &Targets<'_>,
     ) -> Result<()> {
-        let Some((bed, heights)) = &self.bed else { return Ok(()) };
-        let tiles = tiles::tiles(bed, lens, tiles::quads(quality));
+        let Some(Laid { bed, heights, band }) = &self.bed else { return Ok(()) };
+        let tiles = tiles::tiles(bed, *band, lens, tiles::quads(quality));
         if tiles.is_empty() {
             return Ok(());
         }

@@ -16,9 +16,36 @@ pub fn quads(quality: Quality) -> u32 {
 /// Tiles of one picture at most.
 const MOST: usize = 1024;
 
-/// A tile as the shader reads it: x and z of its corner relative to the eye, distance of its vertices, and the distance
-/// from the eye up to which its level is drawn [m].
-pub type Tile = [f32; 4];
+/// Distance up to which a level is drawn, in sides of its tiles, as in `shaders/tile.glsl`: so neighbours differ by one level
+/// at most. A tile of side s ends within (3 + 2 sqrt(2)) s of the eye, one that is two levels coarser begins at 6 s.
+const SIDES: f64 = 3.0;
+/// Coarsest level.
+const LEVELS: u32 = 26;
+/// Cells from the field's corner to the eye that count at most: single precision holds them exactly.
+const NEAREST: f64 = (1 << 24) as f64;
+/// Cells from the eye to where the bed ends at most: whole numbers of 32 bits hold all tiles.
+const REACH: f64 = (1 << 28) as f64;
+
+/// A tile as the shader reads it: column and row of its corner, distance of its vertices [cells], 0.
+pub type Tile = [i32; 4];
+
+/// Lowest and highest ground of a height field [m].
+pub fn band(terrain: &Terrain) -> [f32; 2] {
+    let wider = |[low, high]: [f32; 2], h: &f32| [low.min(*h), high.max(*h)];
+    terrain.heights.iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider)
+}
+
+/// How far an eye at a height is from the layer that the ground lies in [m].
+pub fn aloof([low, high]: [f32; 2], eye: f64) -> f64 {
+    (eye - f64::from(high)).max(f64::from(low) - eye).max(0.0)
+}
+
+/// Column and row of the height that is nearest to an eye; the field may end before it.
+pub fn nearest(terrain: &Terrain, lens: &Lens) -> DVec2 {
+    let eye = DVec2::new(lens.eye.x, lens.eye.z);
+    let at = (eye - DVec2::from(terrain.origin)) / f64::from(terrain.cell);
+    at.round().clamp(DVec2::splat(-NEAREST), DVec2::splat(NEAREST))
+}
 
 /// Heights with their slopes, as the shader reads them: y, dy/dx, dy/dz, 0.
 pub fn heights(terrain: &Terrain) -> Vec<[f32; 4]> {
@@ -41,77 +68,66 @@ pub fn heights(terrain: &Terrain) -> Vec<[f32; 4]> {
     heights
 }
 
-/// The tiles that this lens can see, `quads` to a side.
-pub fn tiles(terrain: &Terrain, lens: &Lens, quads: u32) -> Vec<Tile> {
+/// The tiles that this lens can see, `quads` to a side; `band`: of the terrain's heights.
+pub fn tiles(terrain: &Terrain, band: [f32; 2], lens: &Lens, quads: u32) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    let finest = f64::from(terrain.cell) * f64::from(quads);
-    let field = DVec2::new(
-        f64::from(terrain.columns.max(2) - 1) * f64::from(terrain.cell),
-        f64::from(terrain.rows.max(2) - 1) * f64::from(terrain.cell),
-    );
+    let cell = f64::from(terrain.cell);
+    let eye = (DVec2::new(lens.eye.x, lens.eye.z) - DVec2::from(terrain.origin)) / cell;
     // The bed goes on level beyond the height field, as far as one can see.
-    let wanted = f64::from(lens.far) * 2.0 + field.max_element();
+    let reach = (f64::from(lens.far) / cell).min(REACH);
+    let wanted = reach * 2.0 + f64::from(terrain.columns.max(terrain.rows));
     let mut level = 0_u32;
-    while finest * f64::from(1_u32 << level) < wanted && level < 16 {
+    while f64::from(quads << level) < wanted && level < LEVELS {
         level += 1;
     }
-    let (low, high) = terrain
-        .heights
-        .iter()
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
-    let walk = Walk { lens, quads, finest, origin: DVec2::from(terrain.origin), low, high };
+    let walk = Walk { lens, quads, cell, eye, band, aloof: aloof(band, lens.eye.y) };
     // Roots lie on a grid that holds the height field's corner, so that vertices lie on its heights.
-    let size = finest * f64::from(1_u32 << level);
-    let eye = DVec2::new(lens.eye.x, lens.eye.z);
-    let first = ((eye - DVec2::splat(f64::from(lens.far)) - walk.origin) / size).floor();
-    let last = ((eye + DVec2::splat(f64::from(lens.far)) - walk.origin) / size).floor();
-    for z in first.y as i64..=last.y as i64 {
-        for x in first.x as i64..=last.x as i64 {
-            walk.visit(DVec2::new(x as f64, z as f64) * size + walk.origin, level, &mut tiles);
+    let size = f64::from(quads << level);
+    let eye = eye.clamp(DVec2::splat(-NEAREST), DVec2::splat(NEAREST));
+    let [first, last] = [-reach, reach].map(|way| ((eye + DVec2::splat(way)) / size).floor());
+    for z in first.y as i32..=last.y as i32 {
+        for x in first.x as i32..=last.x as i32 {
+            let size = (quads << level) as i32;
+            walk.visit([x * size, z * size], level, &mut tiles);
         }
     }
     tiles
 }
 
+/// Lengths are in cells, and count from the height field's corner, where nothing else is said.
 struct Walk<'a> {
     lens: &'a Lens,
     quads: u32,
-    finest: f64,
-    origin: DVec2,
-    low: f32,
-    high: f32,
+    /// [m]
+    cell: f64,
+    eye: DVec2,
+    /// Lowest and highest ground [m].
+    band: [f32; 2],
+    /// See [`aloof`] [m].
+    aloof: f64,
 }
 
 impl Walk<'_> {
-    /// Distance up to which a level is drawn [m]: three tiles' sides, so that neighbours differ by one level at most.
-    fn range(&self, level: u32) -> f64 {
-        self.finest * f64::from(1_u32 << level) * 3.0
-    }
-
-    fn visit(&self, corner: DVec2, level: u32, tiles: &mut Vec<Tile>) {
-        let size = self.finest * f64::from(1_u32 << level);
-        let low = Vec3::new(
-            (corner.x - self.lens.eye.x) as f32,
-            (f64::from(self.low) - self.lens.eye.y) as f32,
-            (corner.y - self.lens.eye.z) as f32,
-        );
-        let high = Vec3::new(
-            low.x + size as f32,
-            (f64::from(self.high) - self.lens.eye.y) as f32,
-            low.z + size as f32,
-        );
-        if self.lens.culls((low + high) * 0.5, low.distance(high) * 0.5) || tiles.len() >= MOST {
+    fn visit(&self, corner: [i32; 2], level: u32, tiles: &mut Vec<Tile>) {
+        let side = (self.quads << level) as i32;
+        let [low, high] =
+            [0, side].map(|more| (DVec2::from(corner.map(|c| f64::from(c + more))) - self.eye) * self.cell);
+        let [bottom, top] = self.band.map(|y| (f64::from(y) - self.lens.eye.y) as f32);
+        let least = Vec3::new(low.x as f32, bottom, low.y as f32);
+        let most = Vec3::new(high.x as f32, top, high.y as f32);
+        if self.lens.culls((least + most) * 0.5, least.distance(most) * 0.5) || tiles.len() >= MOST {
             return;
         }
-        let nearest = f64::from(Vec3::ZERO.clamp(low, high).length());
-        if level > 0 && nearest < self.range(level - 1) {
-            let half = size * 0.5;
-            for child in [[0.0, 0.0], [half, 0.0], [0.0, half], [half, half]] {
-                self.visit(corner + DVec2::from(child), level - 1, tiles);
+        let nearest = DVec2::ZERO.clamp(low, high).extend(self.aloof).length();
+        // The range of the level below.
+        if level > 0 && nearest < SIDES * 0.5 * f64::from(side) * self.cell {
+            let half = side / 2;
+            for [x, z] in [[0, 0], [half, 0], [0, half], [half, half]] {
+                self.visit([corner[0] + x, corner[1] + z], level - 1, tiles);
             }
             return;
         }
-        tiles.push([low.x, low.z, (size / f64::from(self.quads)) as f32, self.range(level) as f32]);
+        tiles.push([corner[0], corner[1], 1 << level, 0]);
     }
 }
 
@@ -128,67 +144,4 @@ pub fn indices(quads: u32) -> Vec<u16> {
         }
     }
     indices
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DVec3;
-
-    use super::*;
-    use crate::render::sample;
-
-    const QUADS: u32 = 8;
-
-    #[test]
-    fn tiles_near_the_eye_are_finer_than_those_far_away() {
-        let environment = sample::environment();
-        let Some(terrain) = &environment.terrain else { return };
-        let pose = sample::looking_at(DVec3::new(0.0, -3.2, 4.0), DVec3::new(0.0, -4.0, -4.0));
-        let lens = Lens::new(&pose, [640, 360], 60.0);
-        let tiles = tiles(terrain, &lens, QUADS);
-        assert!(!tiles.is_empty() && tiles.len() < 200, "{}", tiles.len());
-        let above = (lens.eye.y as f32) - terrain.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        for tile in tiles.iter().filter(|t| t[2] > terrain.cell) {
-            let size = tile[2] * QUADS as f32;
-            let x = 0.0_f32.clamp(tile[0], tile[0] + size);
-            let z = 0.0_f32.clamp(tile[1], tile[1] + size);
-            let nearest = Vec3::new(x, above.max(0.0), z).length();
-            assert!(nearest >= tile[3] * 0.5, "within half of its range a tile gives way to finer ones");
-        }
-        let finest = tiles.iter().map(|t| t[2]).fold(f32::INFINITY, f32::min);
-        let coarsest = tiles.iter().map(|t| t[2]).fold(0.0, f32::max);
-        assert_eq!(finest, terrain.cell);
-        assert!(coarsest >= 4.0 * finest);
-    }
-
-    #[test]
-    fn tiles_cover_the_ground_ahead_exactly_once() {
-        let environment = sample::environment();
-        let Some(terrain) = &environment.terrain else { return };
-        let pose = sample::looking_at(DVec3::new(0.3, -3.2, 4.1), DVec3::new(0.0, -4.0, -4.0));
-        let lens = Lens::new(&pose, [640, 360], 60.0);
-        let tiles = tiles(terrain, &lens, QUADS);
-        for i in 1..200 {
-            let p = lens.forward * (i as f32 * 0.1);
-            let over = tiles
-                .iter()
-                .filter(|t| {
-                    let size = t[2] * QUADS as f32;
-                    p.x >= t[0] && p.x < t[0] + size && p.z >= t[1] && p.z < t[1] + size
-                })
-                .count();
-            assert_eq!(over, 1, "at {p}");
-        }
-    }
-
-    #[test]
-    fn slopes_are_those_of_the_heights() {
-        let environment = sample::environment();
-        let Some(terrain) = &environment.terrain else { return };
-        let heights = heights(terrain);
-        let at = 20 * 65 + 30;
-        let slope = (heights[at + 1][0] - heights[at - 1][0]) / (2.0 * terrain.cell);
-        assert_eq!(heights[at][1], slope);
-        assert_eq!(heights.len(), 65 * 65);
-    }
 }

@@ -29,7 +29,7 @@ pub struct View {
     pub eye: [f32; 4],
     /// Toward the refracted sun; w: strength of caustics.
     pub sun: [f32; 4],
-    /// Just below the surface; w: how many of the caustic waves, the first, are the scene's own.
+    /// Just below the surface.
     pub sun_color: [f32; 4],
     /// Just below the surface; w: time [s].
     pub ambient: [f32; 4],
@@ -41,7 +41,7 @@ pub struct View {
     pub scattered: [f32; 4],
     /// Plain background; w: height of the sand's ripples [m].
     pub plain: [f32; 4],
-    /// x, z of the first height relative to the eye [m], cell [m], y = 0 relative to the eye [m].
+    /// x, z of the height that `bed` names, relative to the eye [m], cell [m], y = 0 relative to the eye [m].
     pub terrain_origin: [f32; 4],
     /// Columns, rows, 1 / extent of the contact map in x and z [1/m].
     pub terrain_size: [f32; 4],
@@ -53,9 +53,10 @@ pub struct View {
     pub wave: [[f32; 4]; WAVES],
     /// Waves of the surface as it is seen: wave vector [rad/m], amplitude [m], phase at the eye [rad].
     pub surface: [[f32; 4]; SURFACE_WAVES],
-    /// Mean depth of the bed below the surface [m], very great without one; the rest is zero.
+    /// Mean depth of the bed below the surface [m], very great without one; how far the eye is over the highest ground or
+    /// under the lowest [m]; column and row of the height nearest to the eye, which may lie outside of the field.
     pub bed: [f32; 4],
-    /// How they bend the surface, see [`Caustics::focus`].
+    /// How the caustic waves bend the surface, see [`Caustics::focus`].
     pub focus: [[f32; 4]; WAVES],
 }
 
@@ -168,7 +169,7 @@ pub fn view(
     view.eye = v3(eye, 0.0);
     let strength = if plain.is_some() { 0.0 } else { 1.0 };
     view.sun = v3(environment.sun.direction.normalize_or(Vec3::Y), strength);
-    view.sun_color = c3(environment.sun.color, caustics.own() as f32);
+    view.sun_color = c3(environment.sun.color, 0.0);
     view.ambient = c3(environment.sun.ambient, time as f32);
     view.beam = c3(environment.optics.beam, if plain.is_some() { 1.0 } else { 0.0 });
     view.downwelling = c3(environment.optics.downwelling, 1.0);
