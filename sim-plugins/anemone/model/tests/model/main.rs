@@ -3,6 +3,7 @@
 mod bed;
 mod common;
 mod fibre;
+mod poses;
 #[path = "../common/scene.rs"]
 mod scene;
 mod species_table;
