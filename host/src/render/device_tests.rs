@@ -468,7 +468,7 @@ fn a_diagram_has_its_background_and_its_lines_are_wide_enough_to_be_read() {
 }
 
 /// Linear light of a pixel's channel.
-fn decoded(v: u8) -> f32 {
+pub(super) fn decoded(v: u8) -> f32 {
     let v = f32::from(v) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
