@@ -75,7 +75,7 @@ void main() {
         }
         c.p += normalize(cross(side, c.p)) * rise;
         float true_half = width * (c.r / drawn);
-        if (thin) width = true_half + EDGE * pixel_at(c.p);
+        if (thin) width = true_half + LIT_EDGE * pixel_at(c.p);
 
         Surface s;
         s.along = min(w, 1.0);

@@ -90,7 +90,7 @@ void main() {
         if (ring_level + 1u < uint(RING_LEVELS)) choice.ring_morph = morph(length_px, ring_limit(ring_level + 1u, cap));
 
         if (fibre.plain != 0u && radius_px < push.lit_ribbon) {
-            // Where it is thinner than two pixels its edges fade, and what is behind it shines through.
+            // Where it is thin its edges fade, and what is behind it shines through.
             bool thin = thinnest < THIN_RADIUS * (length(center) + reach) / view.viewport.z;
             choice.levels = ring_level | LIT_RIBBON | (thin ? THIN : 0u);
             choice.rings = ring_count(ring_level);

@@ -27,7 +27,7 @@ layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materi
 void main() {
     // A ribbon's edge fades: it moves without a step, and does not crawl.
     float half_px = circle_radius_half.w;
-    float covered = edge == 0.0 ? min(2.0 * half_px, 1.0) : covered_share(half_px, abs(edge));
+    float covered = edge == 0.0 ? min(2.0 * half_px, 1.0) : covered_share(half_px, abs(edge), EDGE);
     if (edge != 0.0 && (covered < HIDES) != (FRINGE != 0u)) discard;
 
     Material m = materials[look.x & 0xffffffu];

@@ -17,9 +17,11 @@ pub const RIBBON: u32 = 2;
 /// A fibre is a ribbon below this radius, in side errors: its edges fade, and those of a tube do not.
 pub const RIBBON_ERRORS: f32 = 6.0;
 /// A lit ribbon's edges fade where its radius is below this somewhere [px].
-pub const THIN_RADIUS: f32 = 1.0;
+pub const THIN_RADIUS: f32 = 0.75;
 /// A ribbon's edge fades over twice this [px].
 pub const EDGE: f32 = 0.75;
+/// The same of lit ribbons.
+pub const LIT_EDGE: f32 = 0.5;
 
 /// Where levels switch.
 #[derive(Clone, Copy, Debug, PartialEq)]

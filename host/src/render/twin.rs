@@ -8,7 +8,8 @@ use reef_abi as abi;
 use super::{
     gather::{Gathered, GpuFibre},
     lod::{
-        Detail, EDGE, RIBBON, RING_LEVELS, THIN_RADIUS, Thresholds, polygon_scale, ring_position, side_count,
+        Detail, EDGE, LIT_EDGE, RIBBON, RING_LEVELS, THIN_RADIUS, Thresholds, polygon_scale, ring_position,
+        side_count,
     },
     view::{Lens, NEAR},
 };
@@ -165,7 +166,7 @@ pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds
         let center = place + side.cross(place).normalize_or_zero() * rise;
         // What is thin is drawn wider on both sides, where it fades.
         let half = ring.radius * ring.coverage;
-        let width = if thin { half + EDGE * pixel_at(center, lens) } else { ring.radius };
+        let width = if thin { half + LIT_EDGE * pixel_at(center, lens) } else { ring.radius };
         let filled = if thin { half / width } else { 1.0 };
         let edge = |sign: f32| (clip * (center + side * (sign * width)).extend(1.0), filled);
         vertices.extend([edge(-1.0), edge(1.0)]);
