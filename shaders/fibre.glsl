@@ -7,8 +7,8 @@
 #define FLAG_CAP 2u
 #define FLAG_BLADE 4u
 
-/// Tissue that light crosses in a tentacle, in radii: it is a hollow tube, whose two walls are a quarter of its radius thick.
-/// A blade is solid.
+/// Tissue that light crosses in a tentacle, in radii: it is a hollow tube, whose two walls are a quarter of
+/// its radius thick. A blade is solid.
 #define HOLLOW 0.5
 
 struct Fibre {
@@ -75,20 +75,19 @@ struct Draws {
 #define LIT_RIBBON 0x10000u // a ribbon that is lit at its rings
 #define THIN 0x20000u       // somewhere thinner than THIN_RADIUS
 
-/// A ribbon's edge fades over twice this [px]. Over one pixel, a line that crosses the rows a little askew would look like a
-/// rope: now one pixel, now two of half the strength.
+/// A ribbon's edge fades over twice this [px]. Over one pixel, a line that crosses the rows a little askew
+/// would look like a rope: now one pixel, now two of half the strength.
 #define EDGE 0.75
 
 /// The same of lit ribbons, where every pixel counts.
 #define LIT_EDGE 0.5
 
-/// A ribbon hides what is behind it where it covers this share of a pixel or more: such a pixel comes first, and shows a rim of
-/// what was there before. What covers less comes last and hides nothing.
+/// A ribbon hides what is behind it where it covers this share of a pixel or more: such a pixel comes first,
+/// and shows a rim of what was there before. What covers less comes last and hides nothing.
 #define HIDES 0.75
 
-/// Share of a pixel that a ribbon covers whose half width is `half_px`, at a distance from its middle [px]; its edge fades over
-/// twice `edge`. Its sum across the
-/// ribbon is the ribbon's width, however thin that is.
+/// Share of a pixel that a ribbon covers whose half width is `half_px`, at a distance from its middle [px];
+/// its edge fades over twice `edge`. Its sum across the ribbon is the ribbon's width, however thin that is.
 float covered_share(float half_px, float distance_px, float edge) {
     return clamp((half_px + edge - distance_px) / (2.0 * edge), 0.0, min(half_px / edge, 1.0));
 }

@@ -63,7 +63,8 @@ void main() {
             half_px = true_half / pixel;
             edge_px = sign * (half_px + EDGE);
             offset = side * (sign * (true_half + EDGE * pixel));
-            // The ellipse's normal at .8 of its half shadow: a tube is rounded off, a blade seen from its face stays flat.
+            // The ellipse's normal at .8 of its half shadow: a tube is rounded off, a blade seen from its
+            // face is flat.
             vec3 facing = cross(side, ring.tangent.xyz);
             float along_face = sign * 0.8 * a + 0.6 * flatness * dot(facing, ring.normal.xyz);
             float off_face = sign * 0.8 * b * flatness + 0.6 * dot(facing, across);

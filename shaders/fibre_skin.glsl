@@ -43,7 +43,8 @@ void main() {
     s.tissue_cm = s.radius_cm * chain_tissue.y;
 
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
-    // A ribbon's normals stop at .8 of its half width, so that light follows them evenly; a tube's edge is seen at grazing angles.
+    // A ribbon's normals stop at .8 of its half width, so that light follows them evenly; a tube's edge is
+    // seen at grazing angles.
     float out_of = min(abs(edge) / (half_px + EDGE), 1.0);
     float cosine = clamp(dot(s.normal, normalize(-p)), 0.0, 1.0);
     bool round = edge != 0.0 && (look.x >> 24 & 4u) == 0u;

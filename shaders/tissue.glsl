@@ -119,16 +119,17 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25) * (1.0 - 0.4 * thin));
     result += albedo * ambient_light(s.normal, sea, ground) * open;
 
-    // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of the bright window
-    // above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle looks past it. What comes through has
-    // crossed the tissue and has more of its colour.
+    // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of
+    // the bright window above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle
+    // looks past it. What comes through has crossed the tissue and has more of its colour.
     vec3 sight = -to_eye;
     float toward = 0.5 + 0.5 * dot(sight, normalize(light + s.normal * 0.3));
     toward *= toward * toward;
     float upward = 0.5 + 0.5 * sight.y;
     float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
     vec3 tint = albedo * sqrt(albedo / peak);
-    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1) + view.ambient.rgb * sea * (3.0 * upward * upward);
+    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1)
+        + view.ambient.rgb * sea * (3.0 * upward * upward);
     result += tint * through * (thin * open);
 
     // A rim of the water that is behind it.

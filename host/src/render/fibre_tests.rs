@@ -1,4 +1,5 @@
-//! How fibres look on a real device (lavapipe counts): what is thin stays whole while it moves, and tissue lets light through.
+//! How fibres look on a real device (lavapipe counts): what is thin stays whole while it moves, and tissue
+//! lets light through.
 
 use std::sync::Arc;
 
@@ -29,9 +30,9 @@ fn greens(picture: &Picture, quality: Quality) -> Vec<f32> {
     picture.rgba.iter().skip(1).step_by(4).map(light).collect()
 }
 
-/// How abruptly pixels change while something sways slowly for three seconds: the sum of how much their changes change
-/// from picture to picture, over the sum of the changes. An edge that crosses a pixel evenly in n pictures gives 2/n, one
-/// that jumps over it 2, and so does what comes and goes.
+/// How abruptly pixels change while something sways slowly for three seconds: the sum of how much their
+/// changes change from picture to picture, over the sum of the changes. An edge that crosses a pixel evenly
+/// in n pictures gives 2/n, one that jumps over it 2, and so does what comes and goes.
 fn abruptness(studio: &mut Studio, name: &str, settings: &Settings, make: impl Fn(f32) -> Outputs) -> f32 {
     let environment = blackboard();
     let camera = sample::looking_at(DVec3::new(0.0, 0.25, 1.3), DVec3::new(0.0, 0.25, 0.0));
@@ -63,7 +64,8 @@ fn blades_neither_break_nor_sparkle_over_three_seconds() {
     let Some(gpu) = open() else { return };
     let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
     for quality in [Quality::Low, Quality::High] {
-        // Blades of 3.2 to .5 pixels, from their faces and from their edges. Most edges need four pictures to a pixel or more.
+        // Blades of 3.2 to .5 pixels, from their faces and from their edges. Most edges need four pictures to
+        // a pixel or more.
         let seen = abruptness(&mut studio, "blades", &Settings::of(quality), |sway| {
             let mut outputs =
                 Outputs { materials: Arc::new(vec![sample::blade_material()]), ..Outputs::default() };
@@ -92,8 +94,8 @@ fn a_thin_tentacle_glows_against_the_light_and_a_thick_one_does_not() {
     let Some(gpu) = open() else { return };
     let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
     for quality in [Quality::Low, Quality::High] {
-        // The light of its middle. The sun stands 60 degrees high, behind it or behind the eye; the eye is level with it, or
-        // `above` it [m].
+        // The light of its middle. The sun stands 60 degrees high, behind it or behind the eye; the eye is
+        // level with it, or `above` it [m].
         let mut light = |name: &str, radius: f32, translucency: f32, behind: f32, above: f64| {
             let sun = Sun { direction: Vec3::new(0.0, 0.866, -0.5 * behind), ..sample::environment().sun };
             let environment = Environment { sun, ..blackboard() };

@@ -202,7 +202,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
     }
 }
 
-/// A blade is a ribbon from near, too: both of its edges fade over a pixel, and it has no third side.
+/// A blade is a ribbon from near, too: its two edges fade, and it has no third side.
 fn sides_of(fibre: &abi::Fibre) -> u32 {
     if fibre.flags & abi::FIBRE_BLADE != 0 { RIBBON } else { fibre.sides.clamp(3, 64) }
 }

@@ -15,7 +15,8 @@ const DT: f64 = 1.0 / 60.0;
 /// Steps between two looks.
 const LOOK: usize = 6;
 
-/// The greatest speed [m/s] that the default sea's currents reach together, and the longest period [s] of the strongest.
+/// The greatest speed [m/s] that the default sea's currents reach together, and the longest period [s] of the
+/// strongest.
 fn default_current() -> (f64, f64) {
     let scene = toml("scenes/reef.toml");
     let flows = scene["flow"].as_array().expect("flows");
