@@ -2,8 +2,14 @@
 
 #define RINGS 16 // rings of a fibre at full detail
 #define RING_LEVELS 3
+#define RIBBON_ERRORS 6.0 // a fibre is a ribbon below this radius, in side errors
+#define THIN_RADIUS 0.75 // a lit ribbon's edges fade where its radius is below this somewhere [px]
 #define FLAG_CAP 2u
 #define FLAG_BLADE 4u
+
+/// Tissue that light crosses in a tentacle, in radii: it is a hollow tube, whose two walls are a quarter of
+/// its radius thick. A blade is solid.
+#define HOLLOW 0.5
 
 struct Fibre {
     uint object;
@@ -67,7 +73,24 @@ struct Draws {
 
 #define NOT_DRAWN 0xffffffffu
 #define LIT_RIBBON 0x10000u // a ribbon that is lit at its rings
-#define THIN 0x20000u       // somewhere thinner than a pixel
+#define THIN 0x20000u       // somewhere thinner than THIN_RADIUS
+
+/// A ribbon's edge fades over twice this [px]. Over one pixel, a line that crosses the rows a little askew
+/// would look like a rope: now one pixel, now two of half the strength.
+#define EDGE 0.75
+
+/// The same of lit ribbons, where every pixel counts.
+#define LIT_EDGE 0.5
+
+/// A ribbon hides what is behind it where it covers this share of a pixel or more: such a pixel comes first,
+/// and shows a rim of what was there before. What covers less comes last and hides nothing.
+#define HIDES 0.75
+
+/// Share of a pixel that a ribbon covers whose half width is `half_px`, at a distance from its middle [px];
+/// its edge fades over twice `edge`. Its sum across the ribbon is the ribbon's width, however thin that is.
+float covered_share(float half_px, float distance_px, float edge) {
+    return clamp((half_px + edge - distance_px) / (2.0 * edge), 0.0, min(half_px / edge, 1.0));
+}
 
 /// Vertices of a ribbon that is lit at its rings: a strip, whose first and last stand twice to join it to the next.
 uint strip_count(uint rings) { return 2u * rings + 2u; }

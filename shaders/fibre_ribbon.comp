@@ -46,7 +46,7 @@ void main() {
     take(index);
     Material m = materials[fibre.material];
     uint flags = fibre.nodes_flags >> 16;
-    // What is thinner than a pixel is drawn half a pixel wider on both sides, where it fades.
+    // What is thin is drawn wider on both sides, where it fades.
     bool thin = (levels & THIN) != 0u;
 
     Window window = first_window();
@@ -75,13 +75,14 @@ void main() {
         }
         c.p += normalize(cross(side, c.p)) * rise;
         float true_half = width * (c.r / drawn);
-        if (thin) width = true_half + 0.5 * pixel_at(c.p);
+        if (thin) width = true_half + LIT_EDGE * pixel_at(c.p);
 
         Surface s;
         s.along = min(w, 1.0);
         s.disc = 0.0;
         s.circle = vec2(1.0, 0.0);
         s.radius_cm = c.r * 100.0;
+        s.tissue_cm = s.radius_cm * HOLLOW;
         s.chain = chain;
         s.skin = vec4(0.0);
         vec3 light[3];
@@ -89,6 +90,8 @@ void main() {
             float x = float(i - 1);
             vec3 round = side * (0.8 * x) + facing * (x == 0.0 ? 1.0 : 0.6);
             s.normal = normalize(round * slope.y + c.d * slope.x);
+            // So that the parabola has the mean of what a tube shows at grazing angles.
+            s.grazing = x == 0.0 ? 0.0 : 0.6;
             light[i] = clamp(shown(through_water(tissue_light(m, flags, fibre.variation, s, c.p), c.p)), 0.0, 1.0);
         }
         float filled = thin ? true_half / width : 1.0;

@@ -90,8 +90,8 @@ void main() {
         if (ring_level + 1u < uint(RING_LEVELS)) choice.ring_morph = morph(length_px, ring_limit(ring_level + 1u, cap));
 
         if (fibre.plain != 0u && radius_px < push.lit_ribbon) {
-            // Where it is thinner than a pixel, what is behind it shines through.
-            bool thin = thinnest < 0.5 * (length(center) + reach) / view.viewport.z;
+            // Where it is thin its edges fade, and what is behind it shines through.
+            bool thin = thinnest < THIN_RADIUS * (length(center) + reach) / view.viewport.z;
             choice.levels = ring_level | LIT_RIBBON | (thin ? THIN : 0u);
             choice.rings = ring_count(ring_level);
             choice.sides = 2u;
@@ -104,7 +104,7 @@ void main() {
         // The silhouette of a polygon with n sides errs by half of r (1 - cos(pi / n)).
         while (sides > 2u) {
             uint fewer = sides <= 4u ? 2u : (sides + 1u) >> 1;
-            float limit = fewer == 2u ? push.side_error * 3.0
+            float limit = fewer == 2u ? push.side_error * RIBBON_ERRORS
                                       : 2.0 * push.side_error / (1.0 - cos(3.14159265 / float(fewer)));
             if (radius_px >= limit) {
                 if (fewer > 2u) choice.side_morph = morph(radius_px, limit);

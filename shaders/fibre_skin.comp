@@ -31,7 +31,9 @@ void main() {
     uint flags = fibre.nodes_flags >> 16;
     uint sides = choice.sides;
     bool ribbon = sides == 2u;
-    float flatness = (flags & FLAG_BLADE) != 0u ? fibre.flatness : 1.0;
+    bool blade = (flags & FLAG_BLADE) != 0u;
+    float flatness = blade ? fibre.flatness : 1.0;
+    float tissue = blade ? 2.0 * flatness : HOLLOW;
     uint side_level = choice.levels >> 8;
     uint coarser = side_count(fibre.sides, side_level + 1u);
     float scale = mix(polygon_scale(sides), polygon_scale(coarser), choice.side_morph);
@@ -48,31 +50,33 @@ void main() {
         float half_px = 0.5 * ring.normal.w;
         float edge_px = 0.0;
         if (ribbon) {
-            // Across the line of sight, as wide as the ellipse's shadow; the normals round it off.
+            // Across the line of sight, as wide as the ellipse's shadow.
             vec3 side = cross(ring.tangent.xyz, -ring.center.xyz);
             float size = dot(side, side);
             side = size > 1e-16 ? side * inversesqrt(size) : ring.normal.xyz;
             float sign = j == 0u ? -1.0 : 1.0;
             float a = dot(side, ring.normal.xyz);
-            float b = dot(side, across) * flatness;
-            // Half a pixel wider than it is, for the edge that fades.
+            float b = dot(side, across);
+            // Wider than it is, for the edge that fades.
             float pixel = pixel_at(ring.center.xyz);
-            float true_half = sqrt(a * a + b * b) * ring.center.w * ring.normal.w;
+            float true_half = sqrt(a * a + b * b * flatness * flatness) * ring.center.w * ring.normal.w;
             half_px = true_half / pixel;
-            edge_px = sign * (half_px + 0.5);
-            offset = side * (sign * (true_half + 0.5 * pixel));
+            edge_px = sign * (half_px + EDGE);
+            offset = side * (sign * (true_half + EDGE * pixel));
+            // The ellipse's normal at .8 of its half shadow: a tube is rounded off, a blade seen from its
+            // face is flat.
             vec3 facing = cross(side, ring.tangent.xyz);
-            normal = normalize(side * (sign * 0.8) + facing * 0.6);
-            circle = vec2(a, dot(side, across)) * sign;
+            float along_face = sign * 0.8 * a + 0.6 * flatness * dot(facing, ring.normal.xyz);
+            float off_face = sign * 0.8 * b * flatness + 0.6 * dot(facing, across);
+            normal = ring.normal.xyz * (along_face * flatness) + across * off_face;
+            normal *= inversesqrt(max(dot(normal, normal), 1e-12));
+            circle = vec2(a, b) * sign;
         } else {
             float angle = 6.2831853 * mix(float(j) / float(sides), float(j >> 1) / float(max(coarser, 1u)),
                                           choice.side_morph);
             circle = vec2(cos(angle), sin(angle));
-            // A blade is a pixel thick at least: seen from its edge it would fall apart into dashes.
-            float thick = clamp(0.5 * pixel_at(ring.center.xyz) / max(ring.center.w, 1e-6), flatness, 1.0);
-            offset = (ring.normal.xyz * circle.x + across * (circle.y * thick)) * (ring.center.w * scale);
-            vec3 radial = ring.normal.xyz * (circle.x * flatness) + across * circle.y;
-            radial *= inversesqrt(max(dot(radial, radial), 1e-12));
+            vec3 radial = ring.normal.xyz * circle.x + across * circle.y;
+            offset = radial * (ring.center.w * scale);
             normal = radial * ring.slope.y + ring.tangent.xyz * ring.slope.x;
         }
         vec4 clip = view.clip_from_eye * vec4(ring.center.xyz + offset, 1.0);
@@ -87,7 +91,7 @@ void main() {
         vertices[at + 7u] = packHalf2x16(vec2(ring.center.w * ring.normal.w * 100.0, half_px));
         vertices[at + 8u] = fibre.material | flags << 24;
         vertices[at + 9u] = fibre.variation;
-        vertices[at + 10u] = floatBitsToUint(choice.chain);
+        vertices[at + 10u] = packHalf2x16(vec2(choice.chain, tissue));
         vertices[at + 11u] = floatBitsToUint(edge_px);
     }
 

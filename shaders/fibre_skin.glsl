@@ -1,6 +1,7 @@
 // A fibre's skin, lit pixel by pixel. With TEXTURED its material's texture lies over it: once around, once from root to tip.
 
 #include "view.glsl"
+#include "fibre.glsl"
 #include "water.glsl"
 #include "caustics.glsl"
 #include "hash.glsl"
@@ -19,16 +20,15 @@ layout(location = 0) out vec4 color;
 layout(set = 0, binding = 2) uniform sampler2DArray layers;
 #endif
 
-layout(constant_id = 2) const uint FRINGE = 0u; // 1: only what covers less than half of a pixel
+layout(constant_id = 2) const uint FRINGE = 0u; // 1: only what hides nothing
 
 layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materials[]; };
 
 void main() {
-    // A ribbon's edge falls from inside to outside of a pixel that it cuts: it moves without a step, and does not crawl.
-    // What covers half of a pixel or more comes first and hides what is behind; what covers less comes last and hides nothing.
+    // A ribbon's edge fades: it moves without a step, and does not crawl.
     float half_px = circle_radius_half.w;
-    float covered = clamp(half_px + 0.5 - abs(edge), 0.0, min(2.0 * half_px, 1.0));
-    if (edge != 0.0 && (covered < 0.5) != (FRINGE != 0u)) discard;
+    float covered = edge == 0.0 ? min(2.0 * half_px, 1.0) : covered_share(half_px, abs(edge), EDGE);
+    if (edge != 0.0 && (covered < HIDES) != (FRINGE != 0u)) discard;
 
     Material m = materials[look.x & 0xffffffu];
     float w = normal_along.w * 2.0;
@@ -38,9 +38,17 @@ void main() {
     s.disc = max(w - 1.0, 0.0);
     s.circle = circle_radius_half.xy;
     s.radius_cm = circle_radius_half.z;
-    s.chain = uintBitsToFloat(look.z);
+    vec2 chain_tissue = unpackHalf2x16(look.z);
+    s.chain = chain_tissue.x;
+    s.tissue_cm = s.radius_cm * chain_tissue.y;
 
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
+    // A ribbon's normals stop at .8 of its half width, so that light follows them evenly; a tube's edge is
+    // seen at grazing angles.
+    float out_of = min(abs(edge) / (half_px + EDGE), 1.0);
+    float cosine = clamp(dot(s.normal, normalize(-p)), 0.0, 1.0);
+    bool round = edge != 0.0 && (look.x >> 24 & 4u) == 0u;
+    s.grazing = 1.0 - (round ? sqrt(1.0 - out_of * out_of) : cosine);
     s.skin = vec4(0.0);
 #ifdef TEXTURED
     // The level by the size of a texel: differences between pixels are wrong where the texture begins anew around the fibre.

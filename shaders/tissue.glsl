@@ -24,6 +24,8 @@ struct Surface {
     float disc;      // 0 before the cap, 1 at its end
     vec2 circle;     // cosine and sine of the angle around the fibre
     float radius_cm;
+    float tissue_cm; // that light crosses
+    float grazing;   // 1 - cosine of the angle between the normal and the line of sight
     float chain;     // length of the fibre [m]
     vec4 skin;       // a texture's linear light times coverage, and coverage
 };
@@ -112,23 +114,29 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     vec3 sun = view.sun_color.rgb * sea;
     vec3 ground = vec3(0.62, 0.52, 0.38);
 
-    vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25));
+    // What shines through is not thrown back.
+    float thin = m.translucency * exp(-2.0 * s.tissue_cm);
+    vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25) * (1.0 - 0.4 * thin));
     result += albedo * ambient_light(s.normal, sea, ground) * open;
 
-    // Light through the tissue, strongest looking at the sun through a thin tip.
-    float toward = clamp(dot(to_eye, -normalize(light + s.normal * 0.3)), 0.0, 1.0);
-    float through = toward * toward * (toward * toward + 0.6) + 0.18;
-    float thin = exp(-2.0 * 2.0 * s.radius_cm);
-    // What comes through has crossed the tissue: more of its colour, and more of it where the tip is thin.
-    vec3 tint = sqrt(max(albedo, 0.0)) * albedo;
-    float glow = m.translucency * thin * open;
-    result += sun * mix(albedo, tint, 0.4) * (glow * through * 1.8);
-    result += albedo * view.ambient.rgb * sea * (glow * (0.25 + 0.45 * tip));
+    // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of
+    // the bright window above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle
+    // looks past it. What comes through has crossed the tissue and has more of its colour.
+    vec3 sight = -to_eye;
+    float toward = 0.5 + 0.5 * dot(sight, normalize(light + s.normal * 0.3));
+    toward *= toward * toward;
+    float upward = 0.5 + 0.5 * sight.y;
+    float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
+    vec3 tint = albedo * sqrt(albedo / peak);
+    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1)
+        + view.ambient.rgb * sea * (3.0 * upward * upward);
+    result += tint * through * (thin * open);
 
-    float grazing = 1.0 - clamp(dot(s.normal, to_eye), 0.0, 1.0);
-    float g2 = grazing * grazing;
-    vec3 water = view.scattered.rgb * sea;
-    result += water * ((1.0 - diagram) * m.rim * g2 * g2 * open * clamp(0.55 + 0.9 * s.normal.y, 0.0, 1.2));
+    // A rim of the water that is behind it.
+    vec3 water = view.scattered.rgb * sea * from_above(sight) * toward_sun(sight);
+    float rim = s.grazing * s.grazing;
+    rim *= foot ? rim : 1.3;
+    result += water * (rim * (1.0 - diagram) * m.rim * open);
     result += albedo * (m.glow * tip);
     return result;
 }

@@ -513,7 +513,7 @@ fn singularities_are_balls_of_their_own_colours_at_any_quality() {
 }
 
 /// Linear light of a pixel's channel.
-fn decoded(v: u8) -> f32 {
+pub(super) fn decoded(v: u8) -> f32 {
     let v = f32::from(v) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }

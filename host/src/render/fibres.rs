@@ -8,10 +8,10 @@
 //!    `fibre_ribbon.frag` the lit ribbons.
 //!
 //! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
-//! shaded there, and last where they are thinner than a pixel.
+//! shaded there, and last where they are so thin that their edges fade.
 //!
-//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they cover half or
-//! more, with depth, then, over all of these, the pixels of which they cover less, without. A fringe that wrote depth would
+//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they cover three
+//! quarters or more, with depth, then, over all of these, the pixels of which they cover less, without. A fringe that wrote depth would
 //! cut a rim of background into what stands behind it.
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
@@ -157,7 +157,7 @@ struct Draws {
     fringe: Pipeline,
 }
 
-/// The draws of lit ribbons; `thin`: the core and the fringe of those that are thinner than a pixel.
+/// The draws of lit ribbons; `thin`: the core and the fringe of those whose edges fade.
 struct Ribbons {
     solid: Pipeline,
     thin: [Pipeline; 2],

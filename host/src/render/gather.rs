@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 
-use super::{layers::Catalogue, view::Lens};
+use super::{layers::Catalogue, lod::RIBBON, view::Lens};
 use crate::{plugin::streams::Outputs, world::frame::Frame};
 
 /// `Fibre` of `shaders/fibre.glsl`.
@@ -25,7 +25,7 @@ pub struct GpuFibre {
     pub material: u32,
     /// The contract's hash of differences between neighbours.
     pub variation: u32,
-    /// Vertices of a ring at full detail.
+    /// Vertices of a ring at full detail; 2: a blade.
     pub sides: u32,
     /// Thickness over width of a blade.
     pub flatness: f32,
@@ -187,7 +187,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             nodes_flags: fibre.node_count.min(0xffff) | (fibre.flags & 0xff) << 16,
             material: material_base + fibre.material,
             variation: fibre.variation,
-            sides: fibre.sides.clamp(3, 64),
+            sides: sides_of(fibre),
             flatness: fibre.flatness,
             normal: fibre.normal,
             blend,
@@ -200,6 +200,11 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
     if all.previous_nodes.len() < longest {
         all.previous_nodes.resize(longest, abi::FibreNode::zeroed());
     }
+}
+
+/// A blade is a ribbon from near, too: its two edges fade, and it has no third side.
+fn sides_of(fibre: &abi::Fibre) -> u32 {
+    if fibre.flags & abi::FIBRE_BLADE != 0 { RIBBON } else { fibre.sides.clamp(3, 64) }
 }
 
 fn is_plain(fibre: &abi::Fibre, outputs: &Outputs) -> bool {

@@ -14,6 +14,15 @@ pub const RING_LEVELS: u32 = 3;
 /// Sides that stand for a ribbon.
 pub const RIBBON: u32 = 2;
 
+/// A fibre is a ribbon below this radius, in side errors: its edges fade, and those of a tube do not.
+pub const RIBBON_ERRORS: f32 = 6.0;
+/// A lit ribbon's edges fade where its radius is below this somewhere [px].
+pub const THIN_RADIUS: f32 = 0.75;
+/// A ribbon's edge fades over twice this [px].
+pub const EDGE: f32 = 0.75;
+/// The same of lit ribbons.
+pub const LIT_EDGE: f32 = 0.5;
+
 /// Where levels switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds {
@@ -74,7 +83,7 @@ impl Detail {
             let fewer = fewer_sides(sides);
             // The silhouette of a polygon with n sides errs by half of r (1 - cos(pi / n)).
             let limit = if fewer == RIBBON {
-                limits.side_error * 3.0
+                limits.side_error * RIBBON_ERRORS
             } else {
                 2.0 * limits.side_error / (1.0 - (std::f32::consts::PI / fewer as f32).cos())
             };
@@ -180,8 +189,8 @@ mod tests {
         let limits = Thresholds::default();
         for px in SIZES {
             let detail = Detail::choose(px * 18.0, px, 8, false, &limits);
-            // A ribbon below three errors; four sides up to 2 · 0.4 / (1 − cos 45°).
-            assert_eq!(detail.sides(8) == RIBBON, px < 1.2, "{px} px");
+            // A ribbon below six errors; four sides up to 2 · 0.4 / (1 − cos 45°).
+            assert_eq!(detail.sides(8) == RIBBON, px < 2.4, "{px} px");
             assert_eq!(detail.sides(8) == 8, px > 2.74, "{px} px");
         }
     }

@@ -19,6 +19,8 @@ pub mod boulder;
 pub mod contact;
 #[cfg(test)]
 mod device_tests;
+#[cfg(test)]
+mod fibre_tests;
 pub mod fibres;
 pub mod gather;
 pub mod layers;

@@ -139,7 +139,7 @@ pub fn tentacles(bed: &Bed, sway: f32) -> Outputs {
     outputs
 }
 
-/// A round blade of seagrass.
+/// The tissue of a blade of seagrass.
 pub fn blade_material() -> abi::Material {
     abi::Material {
         base: [0.10, 0.16, 0.04, 1.0],

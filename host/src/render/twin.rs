@@ -7,7 +7,10 @@ use reef_abi as abi;
 
 use super::{
     gather::{Gathered, GpuFibre},
-    lod::{Detail, RIBBON, RING_LEVELS, Thresholds, polygon_scale, ring_position, side_count},
+    lod::{
+        Detail, EDGE, LIT_EDGE, RIBBON, RING_LEVELS, THIN_RADIUS, Thresholds, polygon_scale, ring_position,
+        side_count,
+    },
     view::{Lens, NEAR},
 };
 
@@ -45,7 +48,7 @@ pub struct Vertex {
     pub radius_cm: f32,
     /// Half the true width of a ribbon; half of what a tube covers of a pixel, one at most [px].
     pub half_px: f32,
-    /// Distance from the middle of a ribbon, half a pixel more than its half width; 0: a tube [px].
+    /// Distance from the middle of a ribbon, [`EDGE`] more than its half width; 0: a tube [px].
     pub edge_px: f32,
 }
 
@@ -70,7 +73,7 @@ impl Skinned {
 /// A lit ribbon's strip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strip {
-    /// Somewhere thinner than a pixel.
+    /// Somewhere thinner than [`THIN_RADIUS`].
     pub thin: bool,
     /// Clip space and true over drawn width, 1 where nothing fades; left and right take turns, the first and the last
     /// stand twice.
@@ -152,7 +155,7 @@ pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds
     let (_, rings) = rings(gathered, fibre, lens, Some(limits))?;
     let clip = lens.clip_from_eye();
     let tip = chain.node(chain.count - 1).1;
-    let thin = bounds.thinnest < 0.5 * far / lens.pixels_per_metre();
+    let thin = bounds.thinnest < THIN_RADIUS * far / lens.pixels_per_metre();
     let mut vertices = Vec::new();
     for (k, ring) in rings.iter().enumerate() {
         // The end is round from wherever it is seen: it rises across the line of sight, not along the fibre.
@@ -161,9 +164,9 @@ pub fn strip(gathered: &Gathered, index: usize, lens: &Lens, limits: &Thresholds
         let side = ring.tangent.cross(-place).normalize_or(lens.right);
         let rise = if k == 0 { -ring.radius } else { rise };
         let center = place + side.cross(place).normalize_or_zero() * rise;
-        // What is thinner than a pixel is drawn half a pixel wider on both sides, where it fades.
+        // What is thin is drawn wider on both sides, where it fades.
         let half = ring.radius * ring.coverage;
-        let width = if thin { half + 0.5 * pixel_at(center, lens) } else { ring.radius };
+        let width = if thin { half + LIT_EDGE * pixel_at(center, lens) } else { ring.radius };
         let filled = if thin { half / width } else { 1.0 };
         let edge = |sign: f32| (clip * (center + side * (sign * width)).extend(1.0), filled);
         vertices.extend([edge(-1.0), edge(1.0)]);
@@ -340,9 +343,12 @@ fn vertex(
         let pixel = pixel_at(ring.center, lens);
         let half = (a * a + b * b * flatness * flatness).sqrt() * ring.radius * ring.coverage;
         half_px = half / pixel;
-        edge_px = sign * (half_px + 0.5);
-        offset = s * (sign * (half + 0.5 * pixel));
-        normal = (s * (sign * 0.8) + s.cross(ring.tangent) * 0.6).normalize_or_zero();
+        edge_px = sign * (half_px + EDGE);
+        offset = s * (sign * (half + EDGE * pixel));
+        let facing = s.cross(ring.tangent);
+        let along_face = sign * 0.8 * a + 0.6 * flatness * facing.dot(ring.normal);
+        let off_face = sign * 0.8 * b * flatness + 0.6 * facing.dot(across);
+        normal = (ring.normal * (along_face * flatness) + across * off_face).normalize_or_zero();
         circle = Vec2::new(a, b) * sign;
     } else {
         let fine = side as f32 / sides as f32;
@@ -351,9 +357,8 @@ fn vertex(
         circle = Vec2::new(angle.cos(), angle.sin());
         let wide = polygon_scale(sides);
         let scale = wide + (polygon_scale(coarser) - wide) * detail.side_morph;
-        let thick = (0.5 * pixel_at(ring.center, lens) / ring.radius.max(1e-6)).clamp(flatness, 1.0);
-        offset = (ring.normal * circle.x + across * (circle.y * thick)) * (ring.radius * scale);
-        let radial = (ring.normal * (circle.x * flatness) + across * circle.y).normalize_or_zero();
+        let radial = ring.normal * circle.x + across * circle.y;
+        offset = radial * (ring.radius * scale);
         normal = radial * ring.slope.y + ring.tangent * ring.slope.x;
     }
     Vertex {

@@ -151,7 +151,7 @@ impl Batch {
                 axis[at] = value as f32;
             }
             into.height[at] = normal.dot(bed - self.anchor) as f32;
-            if self.cell.is_none() {
+            if self.is_riding() {
                 continue;
             }
             let root = plant.origin + self.chunk.node(fibre, 0).as_dvec3();

@@ -456,9 +456,14 @@ fn ride(plants: &mut [Standing], footed: &[u32], feet: &[Batch]) {
 }
 
 impl Batch {
+    /// Whether all fibres ride on one foot.
+    fn is_riding(&self) -> bool {
+        self.cell.is_none()
+    }
+
     /// Puts the roots on the foot.
     fn carry(&mut self, level: Level, plants: &[Standing]) {
-        if let (None, Some(plant)) = (self.cell, self.plants.first().and_then(|p| plants.get(*p as usize))) {
+        if let (true, Some(plant)) = (self.is_riding(), self.plants.first().and_then(|p| plants.get(*p as usize))) {
             wide::carry(level, &mut self.chunk, plant.top.0, &plant.top.1);
         }
     }

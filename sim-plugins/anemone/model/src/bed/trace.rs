@@ -18,7 +18,7 @@ impl Bed {
                 let found = spot.and_then(|spot| Some((self.batch(&spot)?, usize::from(spot.lane))));
                 let whole = found.filter(|(batch, lane)| !batch.chunk.is_broken(*lane));
                 whole.into_iter().flat_map(move |(batch, lane)| {
-                    let carrier = if batch.riding { carrier } else { (plant.origin, plant.stand) };
+                    let carrier = if batch.is_riding() { carrier } else { (plant.origin, plant.stand) };
                     (0..).zip(batch.chain(lane, carrier)).map(move |(node, position)| Trace {
                         object: number as u64,
                         position: position.to_array(),

@@ -6,6 +6,7 @@ mod common;
 mod fibre;
 mod own_flow;
 mod pace;
+mod poses;
 #[path = "../common/scene.rs"]
 mod scene;
 mod species_table;

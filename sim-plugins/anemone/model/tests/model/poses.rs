@@ -1,0 +1,161 @@
+//! What the species do in the default sea's current: how far they lean, and how their tips swing.
+
+use glam::DVec3;
+use reef_anemone_model::{
+    bed::Bed,
+    config::{Anemone, Config},
+};
+use reef_sdk::{SceneInfo, abi::Flow};
+use serde_json::Map;
+
+use crate::common::current;
+use crate::scene::{grow, run, species_table, toml};
+
+const DT: f64 = 1.0 / 60.0;
+/// Steps between two looks.
+const LOOK: usize = 6;
+
+/// The greatest speed [m/s] that the default sea's currents reach together, and the longest period [s] of the
+/// strongest.
+fn default_current() -> (f64, f64) {
+    let scene = toml("scenes/reef.toml");
+    let flows = scene["flow"].as_array().expect("flows");
+    let currents: Vec<_> = flows.iter().filter(|f| f["kind"] == "directional").collect();
+    let speed = |f: &&serde_json::Value| f["speed"].as_f64().expect("a speed");
+    let strongest = currents.iter().copied().max_by(|a, b| speed(a).total_cmp(&speed(b))).expect("a current");
+    (currents.iter().map(speed).sum(), strongest["period"].as_f64().expect("a period"))
+}
+
+/// Five plants of a species, from small to large, a metre apart.
+fn bed_of(species: &str) -> Bed {
+    let table = (species.to_owned(), species_table(species, &Map::new()).into());
+    let info = SceneInfo {
+        name: "test".into(),
+        seed: 5,
+        scale: 1.0,
+        dt: DT,
+        species: [table].into_iter().collect(),
+    };
+    let plant = |i: u32| Anemone {
+        species: species.to_owned(),
+        position: [f64::from(i), 0.0, 0.0],
+        scale: 0.8 + 0.25 * f64::from(i),
+        yaw: 40.0 * f64::from(i),
+        seed: Some(i),
+    };
+    grow(&info, &Config { anemones: (0..5).map(plant).collect(), ..Config::default() })
+}
+
+/// Nodes of every fibre but the feet, root first.
+fn fibres(bed: &Bed) -> Vec<Vec<DVec3>> {
+    let mut all: Vec<(Vec<DVec3>, f32)> = Vec::new();
+    for node in bed.trace() {
+        if node.node == 0 {
+            all.push((Vec::new(), node.radius));
+        }
+        all.last_mut().expect("a root comes first").0.push(DVec3::from(node.position));
+    }
+    let tentacles = all.into_iter().filter(|(_, radius)| *radius < 0.02);
+    tentacles.map(|(nodes, _)| nodes).collect()
+}
+
+fn tip_direction(nodes: &[DVec3]) -> DVec3 {
+    (nodes[nodes.len() - 1] - nodes[nodes.len() - 2]).normalize()
+}
+
+/// Angle from the vertical of the line from root to tip [deg].
+fn lean(nodes: &[DVec3]) -> f64 {
+    (nodes[nodes.len() - 1] - nodes[0]).angle_between(DVec3::Y).to_degrees()
+}
+
+/// The value that a share of all stays below.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * share) as usize]
+}
+
+/// The default current as it swings at a moment [s].
+fn swinging(at: f64) -> Flow {
+    let (speed, period) = default_current();
+    current(DVec3::X * (speed * (std::f64::consts::TAU * at / period).sin()))
+}
+
+#[test]
+fn seagrass_leans_by_about_35_degrees_at_most_in_the_default_current() {
+    let (speed, _) = default_current();
+    assert!((0.1..0.2).contains(&speed), "the default sea's currents: {speed} m/s");
+    for species in ["seagrass", "turtlegrass"] {
+        for along in [DVec3::X, DVec3::Z, DVec3::NEG_X] {
+            let mut bed = bed_of(species);
+            run(&mut bed, &[current(along * speed)], DT, 1200);
+            let leans: Vec<f64> = fibres(&bed).iter().map(|nodes| lean(nodes)).collect();
+            let [half, most] = [0.5, 0.9].map(|share| quantile(leans.clone(), share));
+            // No stand is a lawn: it does lean, and some blades are longer than others.
+            assert!(
+                (18.0..35.0).contains(&half) && most < 42.0,
+                "{species} along {along}: {half} and {most}"
+            );
+        }
+    }
+}
+
+#[test]
+fn seagrass_takes_its_time_to_lean_with_the_surge() {
+    let (_, period) = default_current();
+    let mut bed = bed_of("seagrass");
+    let mut last = fibres(&bed);
+    let mut fastest = 0.0_f64;
+    let looks = (2.0 * period / DT) as usize / LOOK;
+    for look in 0..looks {
+        for step in 0..LOOK {
+            run(&mut bed, &[swinging((look * LOOK + step + 1) as f64 * DT)], DT, 1);
+        }
+        let now = fibres(&bed);
+        let turn = |(a, b): (&Vec<DVec3>, &Vec<DVec3>)| tip_direction(a).angle_between(tip_direction(b));
+        let turns: Vec<f64> = last.iter().zip(&now).map(|pair| turn(pair).to_degrees()).collect();
+        fastest = fastest.max(quantile(turns, 0.5) / (LOOK as f64 * DT));
+        last = now;
+    }
+    // To and fro by 35 degrees within 6 s is 37 degrees a second at most.
+    assert!(fastest < 45.0, "{fastest} degrees a second");
+}
+
+#[test]
+fn tentacles_swing_by_about_25_degrees_about_a_pose_that_stays_open() {
+    let (_, period) = default_current();
+    for (species, swings) in [
+        ("host-anemone", 18.0..30.0),
+        ("actinia-fragacea", 18.0..30.0),
+        ("stomphia-coccinea", 18.0..30.0),
+        ("anthothoe-chilensis", 18.0..32.0),
+        ("anthopleura-xanthogrammica", 8.0..22.0),
+    ] {
+        let mut bed = bed_of(species);
+        run(&mut bed, &[], DT, 1);
+        let rest: Vec<DVec3> = fibres(&bed).iter().map(|nodes| tip_direction(nodes)).collect();
+        let mut seen: Vec<Vec<DVec3>> = vec![Vec::new(); rest.len()];
+        let looks = (2.0 * period / DT) as usize / LOOK;
+        for look in 0..looks {
+            for step in 0..LOOK {
+                run(&mut bed, &[swinging((look * LOOK + step + 1) as f64 * DT)], DT, 1);
+            }
+            if look >= looks / 2 {
+                for (seen, nodes) in seen.iter_mut().zip(fibres(&bed)) {
+                    seen.push(tip_direction(&nodes));
+                }
+            }
+        }
+        let mean: Vec<DVec3> = seen.iter().map(|seen| seen.iter().sum::<DVec3>().normalize()).collect();
+        let farthest = |(seen, mean): (&Vec<DVec3>, &DVec3)| {
+            seen.iter().map(|d| d.angle_between(*mean)).fold(0.0, f64::max).to_degrees()
+        };
+        let swung: Vec<f64> = seen.iter().zip(&mean).map(farthest).collect();
+        let [swing, most] = [0.5, 0.9].map(|share| quantile(swung.clone(), share));
+        assert!(swings.contains(&swing), "{species}: its tips swing by {swing} degrees");
+        assert!(most < 45.0, "{species}: some of its tips swing by {most} degrees");
+        // The pose that they swing about is nearly the one at rest: the crown is as open as in still water.
+        let away = rest.iter().zip(&mean).map(|(a, b)| a.angle_between(*b).to_degrees()).collect();
+        let away = quantile(away, 0.9);
+        assert!(away < 10.0, "{species}: {away} degrees from the pose at rest");
+    }
+}
