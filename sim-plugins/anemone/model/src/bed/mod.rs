@@ -463,7 +463,9 @@ impl Batch {
 
     /// Puts the roots on the foot.
     fn carry(&mut self, level: Level, plants: &[Standing]) {
-        if let (true, Some(plant)) = (self.is_riding(), self.plants.first().and_then(|p| plants.get(*p as usize))) {
+        if let (true, Some(plant)) =
+            (self.is_riding(), self.plants.first().and_then(|p| plants.get(*p as usize)))
+        {
             wide::carry(level, &mut self.chunk, plant.top.0, &plant.top.1);
         }
     }
