@@ -97,7 +97,8 @@ impl JobBounds {
     fn of(starts: &[usize]) -> Self {
         let count = starts.len() - 1;
         let batches = (count / 16).clamp(1, 16);
-        let nodes = starts.iter().step_by(batches).chain((count % batches != 0).then_some(&starts[count]));
+        let rest = (!count.is_multiple_of(batches)).then_some(&starts[count]);
+        let nodes = starts.iter().step_by(batches).chain(rest);
         Self { batches, nodes: nodes.copied().collect() }
     }
 }
