@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::files;
+
 /// Why a picture could not be kept.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -30,14 +32,7 @@ pub fn save(folder: &Path, stem: &str, size: [u32; 2], rgba: &[u8]) -> Result<Pa
         let path = path.to_owned();
         move |source| Error::Write { path, source }
     };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".reef-").suffix(".part");
-    // Temporary files are private by default; a picture has the rights of any file.
-    #[cfg(unix)]
-    let shared: std::fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
-    #[cfg(unix)]
-    builder.permissions(shared);
-    let file = builder.tempfile_in(folder).map_err(fail(folder))?;
+    let file = files::beside(folder, None).map_err(fail(folder))?;
     encode(file.as_file(), size, rgba).map_err(fail(folder))?;
     let mut file = file;
     for number in 1..=9999 {

@@ -1,7 +1,7 @@
 //! What has to be installed for what, and the command that does it. The table is `tools/packages.json`, which the
 //! set-up command reads, too.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ffi::OsStr, fs::Metadata, path::PathBuf};
 
 /// Packages of one purpose, by package manager.
 #[derive(Clone, Debug, serde::Deserialize)]
@@ -34,7 +34,7 @@ pub fn table() -> BTreeMap<String, Purpose> {
 
 /// One command for each package manager that is here; for all of them where none is.
 pub fn commands(purposes: &[&str]) -> Vec<String> {
-    commands_for(purposes, &|manager| on_path(manager).is_some())
+    commands_for(purposes, &|manager| program(manager).is_ok())
 }
 
 fn commands_for(purposes: &[&str], is_here: &dyn Fn(&str) -> bool) -> Vec<String> {
@@ -71,10 +71,32 @@ pub fn advice(purposes: &[&str]) -> String {
     format!("install it with:\n  {}", commands(purposes).join("\nor\n  "))
 }
 
-/// Where a program lies that PATH reaches.
-pub fn on_path(program: &str) -> Option<std::path::PathBuf> {
-    let paths = std::env::var_os("PATH")?;
-    std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
+/// Where a program lies that PATH reaches. `Err`: there is none; or a file of that name, which may not be run.
+pub fn program(name: &str) -> Result<PathBuf, Option<PathBuf>> {
+    program_in(name, &std::env::var_os("PATH").unwrap_or_default())
+}
+
+fn program_in(name: &str, paths: &OsStr) -> Result<PathBuf, Option<PathBuf>> {
+    let mut barred = None;
+    for path in std::env::split_paths(paths).map(|folder| folder.join(name)) {
+        let Ok(data) = path.metadata() else { continue };
+        match data.is_file() && may_run(&data) {
+            true => return Ok(path),
+            false if data.is_file() && barred.is_none() => barred = Some(path),
+            false => {}
+        }
+    }
+    Err(barred)
+}
+
+#[cfg(unix)]
+fn may_run(data: &Metadata) -> bool {
+    std::os::unix::fs::PermissionsExt::mode(&data.permissions()) & 0o111 != 0
+}
+
+#[cfg(not(unix))]
+fn may_run(_: &Metadata) -> bool {
+    true
 }
 
 #[cfg(test)]
@@ -102,5 +124,20 @@ mod tests {
     #[test]
     fn an_unknown_machine_gets_the_commands_of_all_package_managers() {
         assert_eq!(commands_for(&["run"], &|_| false).len(), MANAGERS.len());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_may_not_be_run_is_told_apart_from_none() {
+        use std::{fs, os::unix::fs::PermissionsExt};
+        let [first, second] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+        let paths = std::env::join_paths([first.path(), second.path()]).expect("paths");
+        assert_eq!(program_in("tool", &paths), Err(None));
+        let [one, two] = [&first, &second].map(|folder| folder.path().join("tool"));
+        fs::write(&one, "").expect("written");
+        assert_eq!(program_in("tool", &paths), Err(Some(one)));
+        fs::write(&two, "").expect("written");
+        fs::set_permissions(&two, fs::Permissions::from_mode(0o755)).expect("changed");
+        assert_eq!(program_in("tool", &paths), Ok(two));
     }
 }

@@ -5,11 +5,7 @@ use serde::Serialize;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
-    gpu::{
-        DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine,
-        packages::{self, on_path},
-        self_test,
-    },
+    gpu::{DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine, packages, self_test},
     open::say,
 };
 
@@ -160,7 +156,10 @@ fn window_libraries() -> Result<String, String> {
 }
 
 fn program(name: &str, otherwise: &str) -> Result<String, String> {
-    on_path(name).map(|path| path.display().to_string()).ok_or_else(|| format!("not there: {otherwise}"))
+    packages::program(name).map(|path| path.display().to_string()).map_err(|barred| match barred {
+        Some(path) => format!("{} is not marked as a program: {otherwise}", path.display()),
+        None => format!("not there: {otherwise}"),
+    })
 }
 
 /// For people.

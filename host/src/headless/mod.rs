@@ -4,7 +4,10 @@ pub mod bench;
 #[cfg(target_os = "linux")]
 pub mod check;
 pub mod compare;
+mod container;
 pub mod doctor;
+mod film;
+mod listen;
 pub mod moments;
 pub mod pictures;
 pub mod plugins;
@@ -15,6 +18,7 @@ pub mod scenes;
 pub mod shaders;
 pub mod show;
 pub mod sim;
+mod sink;
 pub mod studio;
 pub mod subjects;
 pub mod validate;

@@ -39,16 +39,20 @@ impl miette::Diagnostic for PictureError {}
 
 /// Writes a picture as PNG, whole or not at all. Alpha is left out.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), WriteError> {
-    write(path, picture, png::Compression::Balanced)
+    encode_png(Writing::create(path)?, picture)
+}
+
+/// The same into a file that was begun.
+pub fn encode_png(file: Writing, picture: &Picture) -> Result<(), WriteError> {
+    write(file, picture, png::Compression::Balanced)
 }
 
 /// The same sooner, in a larger file: for one picture of many.
 pub fn write_png_fast(path: &Path, picture: &Picture) -> Result<(), WriteError> {
-    write(path, picture, png::Compression::Fast)
+    write(Writing::create(path)?, picture, png::Compression::Fast)
 }
 
-fn write(path: &Path, picture: &Picture, compression: png::Compression) -> Result<(), WriteError> {
-    let mut file = Writing::create(path)?;
+fn write(mut file: Writing, picture: &Picture, compression: png::Compression) -> Result<(), WriteError> {
     if let Err(error) = encode(&mut file, picture, compression) {
         return Err(file.error(&error));
     }

@@ -1,23 +1,14 @@
 //! `reef render`: frames of a scene to a picture, a folder of pictures or a video.
 
-use std::{
-    io::Write,
-    path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
-    time::Instant,
-};
+use std::{path::PathBuf, time::Instant};
 
 use serde_json::json;
 
-use super::{
-    pictures::{write_png, write_png_fast},
-    show::Show,
-    studio::Studio,
-};
+use super::{show::Show, sink::Sink, studio::Studio};
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
-    gpu::{Gpu, GpuOptions, Picture, Validation, packages},
+    gpu::{Gpu, GpuOptions, Validation},
     open::{self, say, shown},
     render::{Quality, Settings},
 };
@@ -136,181 +127,9 @@ fn frames(
     Ok(began.elapsed().as_secs_f64() * 1e3 / args.frames as f64)
 }
 
-/// Where pictures go. Nothing of it can be seen before [`Sink::finish`].
-#[derive(Debug)]
-enum Sink {
-    /// The last picture.
-    Png { path: PathBuf, last: Option<Picture> },
-    /// All pictures, in a folder that is filled beside its place.
-    Folder { path: PathBuf, beside: tempfile::TempDir, count: u64 },
-    /// A video that ffmpeg writes beside its place.
-    Video { path: PathBuf, beside: tempfile::TempDir, part: PathBuf, ffmpeg: Child },
-}
-
-impl Sink {
-    fn open(path: &Path, size: (u32, u32), fps: f64) -> Result<Self, Failure> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-            _ => PathBuf::from("."),
-        };
-        let beside = || {
-            tempfile::Builder::new().prefix(".reef-").tempdir_in(&folder).map_err(|error| {
-                Failure::input(miette::miette!("{}: the folder cannot be written: {error}", folder.display()))
-            })
-        };
-        match extension.as_deref() {
-            _ if path.is_dir() => {
-                let mut entries = std::fs::read_dir(path)
-                    .map_err(|error| Failure::input(miette::miette!("{}: {error}", path.display())))?;
-                if entries.next().is_some() {
-                    return Err(Failure::input(miette::miette!(
-                        help = "name a folder that is empty or does not exist yet",
-                        "{}: the folder is not empty",
-                        path.display()
-                    )));
-                }
-                Ok(Sink::Folder { path: path.to_owned(), beside: beside()?, count: 0 })
-            }
-            None => Ok(Sink::Folder { path: path.to_owned(), beside: beside()?, count: 0 }),
-            Some("png") => {
-                // Only to see that it can be done.
-                beside()?;
-                Ok(Sink::Png { path: path.to_owned(), last: None })
-            }
-            Some(kind @ ("mp4" | "webm")) => {
-                let beside = beside()?;
-                let part = beside.path().join(format!("video.{kind}"));
-                let ffmpeg = start_ffmpeg(&part, kind, size, fps)?;
-                Ok(Sink::Video { path: path.to_owned(), beside, part, ffmpeg })
-            }
-            Some(other) => Err(Failure::input(miette::miette!(
-                help =
-                    "file.png keeps the last frame, a folder all of them, file.mp4 and file.webm are videos",
-                "{}: `.{other}` is none of the kinds that can be written",
-                path.display()
-            ))),
-        }
-    }
-
-    fn wants_all(&self) -> bool {
-        !matches!(self, Sink::Png { .. })
-    }
-
-    fn take(&mut self, picture: Picture) -> Result<(), Failure> {
-        match self {
-            Sink::Png { last, .. } => *last = Some(picture),
-            Sink::Folder { beside, count, .. } => {
-                *count += 1;
-                let name = format!("frame-{count:06}.png");
-                write_png_fast(&beside.path().join(name), &picture).map_err(Failure::input)?;
-            }
-            Sink::Video { ffmpeg, path, .. } => {
-                let written = ffmpeg.stdin.as_mut().map(|pipe| pipe.write_all(&picture.rgba));
-                if !matches!(written, Some(Ok(()))) {
-                    return Err(ffmpeg_failed(ffmpeg, path));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn finish(self) -> Outcome {
-        match self {
-            Sink::Png { path, last } => match last {
-                Some(picture) => write_png(&path, &picture).map_err(Failure::input),
-                None => Ok(()),
-            },
-            Sink::Folder { path, beside, .. } => place_folder(beside, &path),
-            Sink::Video { path, beside, part, mut ffmpeg } => {
-                drop(ffmpeg.stdin.take());
-                match ffmpeg.wait() {
-                    Ok(status) if status.success() => {}
-                    _ => return Err(ffmpeg_failed(&mut ffmpeg, &path)),
-                }
-                std::fs::rename(&part, &path)
-                    .map_err(|error| Failure::input(miette::miette!("{}: {error}", path.display())))?;
-                drop(beside);
-                Ok(())
-            }
-        }
-    }
-}
-
-/// Puts a filled folder in its place. An empty folder there gives way.
-fn place_folder(beside: tempfile::TempDir, path: &Path) -> Outcome {
-    let fail = |error: std::io::Error| Failure::input(miette::miette!("{}: {error}", path.display()));
-    open_to_others(beside.path()).map_err(fail)?;
-    std::fs::rename(beside.path(), path).map_err(fail)?;
-    // What it named is there no more under that name: nothing is left to delete.
-    let _ = beside.keep();
-    Ok(())
-}
-
-/// A temporary folder belongs to its maker alone; the result has the rights of any other folder.
-fn open_to_others(folder: &Path) -> std::io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o755))?;
-    }
-    let _ = folder;
-    Ok(())
-}
-
-fn start_ffmpeg(part: &Path, kind: &str, size: (u32, u32), fps: f64) -> Result<Child, Failure> {
-    let Some(program) = packages::on_path("ffmpeg") else {
-        return Err(Failure::machine(miette::miette!(
-            help = packages::advice(&["video"]),
-            "ffmpeg is needed to write a video, and PATH does not reach it"
-        )));
-    };
-    let codec: &[&str] = match kind {
-        "webm" => &["-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "24", "-row-mt", "1"],
-        _ => &["-c:v", "libx264", "-preset", "medium", "-crf", "17", "-movflags", "+faststart"],
-    };
-    Command::new(program)
-        .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
-        .args(["-s", &format!("{}x{}", size.0, size.1), "-r", &fps.to_string(), "-i", "-"])
-        // Half the colour's resolution needs even sides.
-        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
-        .args(codec)
-        .arg(part)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| Failure::machine(miette::miette!("ffmpeg could not be started: {error}")))
-}
-
-fn ffmpeg_failed(ffmpeg: &mut Child, path: &Path) -> Failure {
-    drop(ffmpeg.stdin.take());
-    let mut said = String::new();
-    if let Some(mut pipe) = ffmpeg.stderr.take() {
-        // What it said only adds to the message.
-        let _ = std::io::Read::read_to_string(&mut pipe, &mut said);
-    }
-    let _ = ffmpeg.wait();
-    Failure::machine(miette::miette!("{}: ffmpeg failed: {}", path.display(), said.trim()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn picture(v: u8) -> Picture {
-        Picture { width: 2, height: 2, rgba: [v, v, v, 255].repeat(4) }
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> = std::fs::read_dir(folder)
-            .expect("a folder")
-            .flatten()
-            .map(|e| e.file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
 
     #[test]
     fn sizes_are_checked() {
@@ -318,50 +137,5 @@ mod tests {
         for wrong in ["", "640", "0x5", "5x0", "640x99999", "-1x4", "axb", "1x2x3"] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn a_folder_gets_all_pictures_and_appears_only_when_it_is_whole() {
-        let place = tempfile::tempdir().expect("a folder");
-        let out = place.path().join("pictures");
-        let mut sink = Sink::open(&out, (2, 2), 60.0).expect("a sink");
-        sink.take(picture(1)).expect("taken");
-        sink.take(picture(2)).expect("taken");
-        assert!(!out.exists());
-        sink.finish().expect("finished");
-        assert_eq!(names(&out), ["frame-000001.png", "frame-000002.png"]);
-        assert_eq!(names(place.path()), ["pictures"]);
-    }
-
-    #[test]
-    fn what_was_given_up_leaves_nothing_behind() {
-        let place = tempfile::tempdir().expect("a folder");
-        let mut sink = Sink::open(&place.path().join("pictures"), (2, 2), 60.0).expect("a sink");
-        sink.take(picture(1)).expect("taken");
-        drop(sink);
-        assert!(names(place.path()).is_empty());
-    }
-
-    #[test]
-    fn a_png_keeps_the_last_picture() {
-        let place = tempfile::tempdir().expect("a folder");
-        let out = place.path().join("a.png");
-        let mut sink = Sink::open(&out, (2, 2), 60.0).expect("a sink");
-        sink.take(picture(1)).expect("taken");
-        sink.take(picture(9)).expect("taken");
-        sink.finish().expect("finished");
-        assert_eq!(super::super::pictures::read_png(&out).expect("read"), picture(9));
-    }
-
-    #[test]
-    fn unwritable_places_and_unknown_kinds_are_bad_input() {
-        let place = tempfile::tempdir().expect("a folder");
-        std::fs::write(place.path().join("file"), "").expect("written");
-        for wrong in ["missing/a.png", "missing/a.mp4", "missing/folder", "a.tiff", "file/a.png"] {
-            let failure = Sink::open(&place.path().join(wrong), (2, 2), 60.0).expect_err(wrong);
-            assert_eq!(failure.code, 2, "{wrong}");
-        }
-        let full = place.path().to_owned();
-        assert_eq!(Sink::open(&full, (2, 2), 60.0).expect_err("not empty").code, 2);
     }
 }

@@ -82,8 +82,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         return subjects::run(common, &scenes);
     }
     if let Some(folder) = &args.report {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Failure::input(miette::miette!("{}: {error}", folder.display())))?;
+        files::make_folder(folder).map_err(Failure::input)?;
+    }
+    if args.bless {
+        files::make_folder(&golden).map_err(Failure::input)?;
     }
     let options = GpuOptions::from_environment(common.device.clone(), Validation::CoreSync);
     let gpu = Gpu::open(&options)?;
@@ -99,10 +101,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     gpu.close();
     let last_words = canary.take();
 
+    tell(common, &verdicts, &last_words, &device);
     if let Some(folder) = &args.report {
         write_report(folder, &verdicts, &last_words, &device)?;
     }
-    tell(common, &verdicts, &last_words, &device);
     let failed = verdicts.iter().filter(|v| !v.faults.is_empty() || !v.messages.is_empty()).count();
     if failed == 0 && last_words.is_empty() {
         return Ok(());
@@ -254,8 +256,7 @@ fn in_words(difference: &Difference, allowance: Allowance) -> String {
 }
 
 fn bless(golden: &Path, path: &Path, picture: &Picture, origin: &Origin) -> Outcome {
-    std::fs::create_dir_all(golden)
-        .map_err(|error| Failure::input(miette::miette!("{}: {error}", golden.display())))?;
+    files::make_folder(golden).map_err(Failure::input)?;
     write_png(path, picture).map_err(Failure::input)?;
     let text = serde_json::to_string_pretty(origin).unwrap_or_default() + "\n";
     files::write(&path.with_extension("json"), text.as_bytes()).map_err(Failure::input)

@@ -6,14 +6,13 @@ use std::{
     env,
     ffi::OsString,
     fs,
-    io::Read,
     os::unix::process::{CommandExt, ExitStatusExt},
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
     sync::{
-        Arc, Mutex, PoisonError,
+        Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
-        mpsc::{Receiver, RecvTimeoutError, Sender, channel},
+        mpsc::RecvTimeoutError,
     },
     thread,
     time::{Duration, Instant},
@@ -22,10 +21,7 @@ use std::{
 use tempfile::TempDir;
 
 use super::{Args, group, limit, verdict::Verdict};
-use crate::{cli::Common, failure::Failure};
-
-/// How much of what a check's process says is kept [bytes].
-const KEPT: usize = 4096;
+use crate::{cli::Common, failure::Failure, headless::listen::listen};
 
 /// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the byte.
 const EXACT_HEAP: &str = "glibc.malloc.tcache_count=0";
@@ -141,25 +137,6 @@ fn how(status: ExitStatus) -> String {
         (None, Some(code)) => format!("ended itself with exit code {code}"),
         (None, None) => "ended".to_owned(),
     }
-}
-
-/// Reads a stream to its end, however long that may be, and keeps its last bytes; then the channel is closed.
-fn listen(mut stream: impl Read + Send + 'static) -> (Arc<Mutex<Vec<u8>>>, Receiver<()>) {
-    let kept: Arc<Mutex<Vec<u8>>> = Arc::default();
-    let ours = kept.clone();
-    let (open, end) = channel();
-    // Nobody waits for this thread: something that escaped may hold the stream open.
-    thread::spawn(move || {
-        let _open: Sender<()> = open;
-        let mut buffer = [0; KEPT];
-        while let Ok(count @ 1..) = stream.read(&mut buffer) {
-            let mut kept = ours.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.extend_from_slice(&buffer[..count]);
-            let too_many = kept.len().saturating_sub(KEPT);
-            kept.drain(..too_many);
-        }
-    });
-    (kept, end)
 }
 
 /// The last line that was said.

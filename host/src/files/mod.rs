@@ -1,0 +1,153 @@
+//! Results: written beside their place and put there when they are whole, so that nobody ever finds half of one.
+
+mod folder;
+mod place;
+#[cfg(test)]
+mod tests;
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+pub use folder::Folder;
+pub(crate) use place::beside;
+use place::{Place, put, told};
+
+/// Why a file could not be written.
+#[derive(Debug, Error)]
+#[error("{} cannot be written: {problem}", path.display())]
+pub struct WriteError {
+    /// The file that was asked for.
+    pub path: PathBuf,
+    /// What stood in the way.
+    pub problem: String,
+}
+
+impl miette::Diagnostic for WriteError {}
+
+/// A file on its way. Dropped before [`Writing::finish`], it leaves nothing behind.
+#[derive(Debug)]
+pub struct Writing {
+    path: PathBuf,
+    target: PathBuf,
+    out: Out,
+}
+
+#[derive(Debug)]
+enum Out {
+    /// Takes its place when it is whole.
+    Whole(BufWriter<NamedTempFile>),
+    /// A device or pipe that is there already.
+    Straight(BufWriter<File>),
+}
+
+impl Writing {
+    /// Begins a file; fails at once where it could never be put in its place. Through a link, what it leads to is written.
+    pub fn create(path: &Path) -> Result<Self, WriteError> {
+        Self::begin(path, false)
+    }
+
+    /// The same for a program that goes to and fro in [`Writing::part`]: even a device gets the file when it is whole.
+    pub fn create_seekable(path: &Path) -> Result<Self, WriteError> {
+        Self::begin(path, true)
+    }
+
+    fn begin(path: &Path, seekable: bool) -> Result<Self, WriteError> {
+        let fail = |problem: String| WriteError { path: path.to_owned(), problem };
+        let place = Place::of(path).map_err(fail)?;
+        let temporary = match &place.there {
+            Some(there) if there.is_dir() => return Err(fail("a folder stands there".to_owned())),
+            Some(there) if there.is_file() => {
+                let rights = there.permissions();
+                if rights.readonly() {
+                    return Err(fail("it is there already and read-only".to_owned()));
+                }
+                File::options().write(true).open(&place.target).map_err(|error| fail(told(&error)))?;
+                // Where nothing can be made beside it, it is made elsewhere and written in place.
+                beside(place.folder(), Some(rights.clone()))
+                    .or_else(|_| beside(&std::env::temp_dir(), Some(rights)))
+            }
+            Some(_) => {
+                let file = File::options().write(true).open(path).map_err(|error| fail(told(&error)))?;
+                if !seekable {
+                    let out = Out::Straight(BufWriter::new(file));
+                    return Ok(Self { path: path.to_owned(), target: place.target, out });
+                }
+                beside(&std::env::temp_dir(), None)
+            }
+            None => beside(place.folder(), None),
+        };
+        let temporary = temporary.map_err(|error| fail(told(&error)))?;
+        Ok(Self { path: path.to_owned(), target: place.target, out: Out::Whole(BufWriter::new(temporary)) })
+    }
+
+    /// The file that holds what was written until it is whole; where a device is written straight, the device.
+    pub fn part(&self) -> &Path {
+        match &self.out {
+            Out::Whole(out) => out.get_ref().path(),
+            Out::Straight(_) => &self.target,
+        }
+    }
+
+    /// Puts the whole file in its place. Where that cannot be done any more, it is kept and the error names it.
+    pub fn finish(self) -> Result<(), WriteError> {
+        self.finish_by(|part, target| fs::rename(part, target))
+    }
+
+    fn finish_by(self, rename: impl FnOnce(&Path, &Path) -> io::Result<()>) -> Result<(), WriteError> {
+        let path = self.path;
+        let fail = |problem: String| WriteError { path: path.clone(), problem };
+        match self.out {
+            Out::Whole(buffer) => {
+                let temporary = buffer.into_inner().map_err(|error| fail(told(error.error())))?;
+                temporary.as_file().sync_data().map_err(|error| fail(told(&error)))?;
+                let part = temporary.into_temp_path();
+                put(&part, &self.target, rename).map_err(|error| {
+                    let kept = part.keep();
+                    let kept = kept.map(|kept| format!("; the whole result is kept as {}", kept.display()));
+                    fail(told(&error) + &kept.unwrap_or_default())
+                })
+            }
+            Out::Straight(mut buffer) => buffer.flush().map_err(|error| fail(told(&error))),
+        }
+    }
+
+    /// The error of a write that failed.
+    pub fn error(&self, error: &io::Error) -> WriteError {
+        WriteError { path: self.path.clone(), problem: told(error) }
+    }
+}
+
+impl Write for Writing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.out {
+            Out::Whole(out) => out.write(bytes),
+            Out::Straight(out) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.out {
+            Out::Whole(out) => out.flush(),
+            Out::Straight(out) => out.flush(),
+        }
+    }
+}
+
+/// Writes a file whole, or not at all.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    let mut file = Writing::create(path)?;
+    file.write_all(bytes).map_err(|error| file.error(&error))?;
+    file.finish()
+}
+
+/// Makes a folder, and those that it is in, for files that come; fails where none can be made in it.
+pub fn make_folder(path: &Path) -> Result<(), WriteError> {
+    let made = fs::create_dir_all(path).and_then(|()| beside(path, None));
+    made.map(drop).map_err(|error| WriteError { path: path.to_owned(), problem: told(&error) })
+}
