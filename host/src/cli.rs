@@ -91,6 +91,9 @@ pub fn main() -> ExitCode {
         Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
     }
     crate::log::init();
+    if let Err(error) = crate::files::remove_at_signals() {
+        tracing::warn!("a signal may leave files named .reef-*.part: {error}");
+    }
     let common = &cli.common;
     let outcome = match &cli.command {
         None => app::run(common, &cli.window),

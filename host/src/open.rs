@@ -3,7 +3,10 @@
 use std::{
     io::Write,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
 };
 
@@ -78,15 +81,26 @@ pub fn live(common: &Common, plugins: Registry, world: &World) -> Result<Live, F
     Live::new(setup, world).map_err(|problem| Failure::machine(miette::miette!("{problem}")))
 }
 
+/// The reader of standard output went away.
+static IS_ALONE: AtomicBool = AtomicBool::new(false);
+
 /// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed. Anything
 /// else (a full disk) is told by [`all_said`].
 pub fn say(line: impl std::fmt::Display) {
     match writeln!(std::io::stdout().lock(), "{line}") {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+            IS_ALONE.store(true, Ordering::Relaxed);
+        }
+        Err(error) => {
             *UNSAID.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         }
-        _ => {}
+        Ok(()) => {}
     }
+}
+
+/// Is anybody there to read what is said? Without a reader, work that is done for its words alone ends.
+pub fn is_heard() -> bool {
+    !IS_ALONE.load(Ordering::Relaxed)
 }
 
 /// Fails when something that a command said got lost.

@@ -10,6 +10,7 @@ use tempfile::TempDir;
 
 use super::{
     WriteError,
+    left::{Mark, marked, undisturbed},
     place::{Place, builder, told},
 };
 
@@ -19,6 +20,7 @@ pub struct Folder {
     path: PathBuf,
     target: PathBuf,
     part: TempDir,
+    mark: Mark,
     /// An empty folder stood there: it stays (it may be a mount, or somebody's present folder), and gets the files.
     is_there: bool,
 }
@@ -39,8 +41,9 @@ impl Folder {
             Some(_) => return Err(fail("what stands there is no folder".to_owned())),
         };
         let parent = if is_there { &place.target } else { place.folder() };
-        let part = builder(0o777).tempdir_in(parent).map_err(|error| fail(told(&error)))?;
-        Ok(Self { path: path.to_owned(), target: place.target, part, is_there })
+        let made = marked(|| builder(0o777).tempdir_in(parent));
+        let (part, mark) = made.map_err(|error| fail(told(&error)))?;
+        Ok(Self { path: path.to_owned(), target: place.target, part, mark, is_there })
     }
 
     /// Where files are written until all are there.
@@ -50,7 +53,11 @@ impl Folder {
 
     /// Puts all in its place. Where that cannot be done any more, it is kept and the error names it.
     pub fn finish(self) -> Result<(), WriteError> {
-        let placed = if self.is_there { self.move_in() } else { fs::rename(self.part.path(), &self.target) };
+        let placed = undisturbed(|| match self.is_there {
+            true => self.move_in(),
+            false => fs::rename(self.part.path(), &self.target),
+        });
+        drop(self.mark);
         match placed {
             // What it named is there no more under that name, or is empty.
             Ok(()) if self.is_there => drop(self.part),

@@ -1,6 +1,7 @@
 //! Results: written beside their place and put there when they are whole, so that nobody ever finds half of one.
 
 mod folder;
+mod left;
 mod place;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,8 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 
 pub use folder::Folder;
+pub use left::remove_at_signals;
+use left::{Mark, marked, undisturbed};
 pub(crate) use place::beside;
 use place::{Place, put, told};
 
@@ -41,7 +44,7 @@ pub struct Writing {
 #[derive(Debug)]
 enum Out {
     /// Takes its place when it is whole.
-    Whole(BufWriter<NamedTempFile>),
+    Whole(BufWriter<NamedTempFile>, Mark),
     /// A device or pipe that is there already.
     Straight(BufWriter<File>),
 }
@@ -60,6 +63,7 @@ impl Writing {
     fn begin(path: &Path, seekable: bool) -> Result<Self, WriteError> {
         let fail = |problem: String| WriteError { path: path.to_owned(), problem };
         let place = Place::of(path).map_err(fail)?;
+        let make = |folder: &Path, rights| marked(|| beside(folder, rights));
         let temporary = match &place.there {
             Some(there) if there.is_dir() => return Err(fail("a folder stands there".to_owned())),
             Some(there) if there.is_file() => {
@@ -69,8 +73,8 @@ impl Writing {
                 }
                 File::options().write(true).open(&place.target).map_err(|error| fail(told(&error)))?;
                 // Where nothing can be made beside it, it is made elsewhere and written in place.
-                beside(place.folder(), Some(rights.clone()))
-                    .or_else(|_| beside(&std::env::temp_dir(), Some(rights)))
+                make(place.folder(), Some(rights.clone()))
+                    .or_else(|_| make(&std::env::temp_dir(), Some(rights)))
             }
             Some(_) => {
                 let file = File::options().write(true).open(path).map_err(|error| fail(told(&error)))?;
@@ -78,18 +82,19 @@ impl Writing {
                     let out = Out::Straight(BufWriter::new(file));
                     return Ok(Self { path: path.to_owned(), target: place.target, out });
                 }
-                beside(&std::env::temp_dir(), None)
+                make(&std::env::temp_dir(), None)
             }
-            None => beside(place.folder(), None),
+            None => make(place.folder(), None),
         };
-        let temporary = temporary.map_err(|error| fail(told(&error)))?;
-        Ok(Self { path: path.to_owned(), target: place.target, out: Out::Whole(BufWriter::new(temporary)) })
+        let (temporary, mark) = temporary.map_err(|error| fail(told(&error)))?;
+        let out = Out::Whole(BufWriter::new(temporary), mark);
+        Ok(Self { path: path.to_owned(), target: place.target, out })
     }
 
     /// The file that holds what was written until it is whole; where a device is written straight, the device.
     pub fn part(&self) -> &Path {
         match &self.out {
-            Out::Whole(out) => out.get_ref().path(),
+            Out::Whole(out, _) => out.get_ref().path(),
             Out::Straight(_) => &self.target,
         }
     }
@@ -103,11 +108,13 @@ impl Writing {
         let path = self.path;
         let fail = |problem: String| WriteError { path: path.clone(), problem };
         match self.out {
-            Out::Whole(buffer) => {
+            Out::Whole(buffer, mark) => {
                 let temporary = buffer.into_inner().map_err(|error| fail(told(error.error())))?;
                 temporary.as_file().sync_data().map_err(|error| fail(told(&error)))?;
                 let part = temporary.into_temp_path();
-                put(&part, &self.target, rename).map_err(|error| {
+                let placed = undisturbed(|| put(&part, &self.target, rename));
+                drop(mark);
+                placed.map_err(|error| {
                     let kept = part.keep();
                     let kept = kept.map(|kept| format!("; the whole result is kept as {}", kept.display()));
                     fail(told(&error) + &kept.unwrap_or_default())
@@ -126,14 +133,14 @@ impl Writing {
 impl Write for Writing {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.out {
-            Out::Whole(out) => out.write(bytes),
+            Out::Whole(out, _) => out.write(bytes),
             Out::Straight(out) => out.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.out {
-            Out::Whole(out) => out.flush(),
+            Out::Whole(out, _) => out.flush(),
             Out::Straight(out) => out.flush(),
         }
     }

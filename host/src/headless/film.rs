@@ -3,7 +3,7 @@
 use std::{
     io::{self, Write},
     path::Path,
-    process::{Child, Command, ExitStatus, Stdio},
+    process::{Child, Command, Stdio},
     sync::{Arc, Mutex, PoisonError, mpsc::Receiver},
     thread,
     time::{Duration, Instant},
@@ -81,8 +81,7 @@ impl Film {
     /// Adds a picture.
     pub fn take(&mut self, picture: &Picture) -> Outcome {
         let written = self.ffmpeg.stdin.as_mut().map(|pipe| pipe.write_all(&picture.rgba));
-        let speaks = !self.said.lock().unwrap_or_else(PoisonError::into_inner).is_empty();
-        if matches!(written, Some(Ok(()))) && !speaks {
+        if matches!(written, Some(Ok(()))) && !self.speaks() {
             return Ok(());
         }
         Err(self.failed())
@@ -91,8 +90,14 @@ impl Film {
     /// Ends the film and puts it in its place, when it is one.
     pub fn finish(mut self) -> Outcome {
         drop(self.ffmpeg.stdin.take());
-        let status = self.ffmpeg.wait();
-        if !status.as_ref().is_ok_and(ExitStatus::success) || !self.words().is_empty() {
+        // The last pictures take their time. One that speaks has failed, whether it ends or not.
+        let mut status = self.ffmpeg.try_wait();
+        while matches!(status, Ok(None)) && !self.speaks() {
+            thread::sleep(Duration::from_millis(5));
+            status = self.ffmpeg.try_wait();
+        }
+        let ended_well = matches!(status, Ok(Some(status)) if status.success());
+        if !ended_well || !self.words().is_empty() {
             return Err(self.failed());
         }
         let Some(out) = self.out.take() else { return Ok(()) };
@@ -107,6 +112,11 @@ impl Film {
     }
 
     /// Whatever it says is an error: nothing else was asked for.
+    fn speaks(&self) -> bool {
+        !self.said.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
+    }
+
+    /// All that it said.
     fn words(&self) -> String {
         // What was said before the end may be on its way still; something that it started may hold the stream open.
         let _ = self.silent.recv_timeout(Duration::from_secs(1));

@@ -111,6 +111,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             record::write(&world, &filter, out).map_err(|error| Failure::input(out.error(&error)))?;
         }
     }
+    let writes = args.record.is_some() || args.save_state.is_some() || args.journal.is_some();
     let hashing = args.hash || args.save_state.is_some();
     let plain = !common.json;
     let bar = open::progress(steps, "steps", plain && !(args.hash && std::io::stdout().is_terminal()));
@@ -144,6 +145,9 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             }
         }
         bar.inc(1);
+        if !writes && !open::is_heard() {
+            break;
+        }
     }
     bar.finish_and_clear();
     if let Some(recording) = recording {
