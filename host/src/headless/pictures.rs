@@ -54,12 +54,21 @@ pub fn write_png_fast(path: &Path, picture: &Picture) -> Result<(), WriteError> 
 
 fn write(mut file: Writing, picture: &Picture, compression: png::Compression) -> Result<(), WriteError> {
     if let Err(error) = encode(&mut file, picture, compression) {
+        // The encoder's own wrapping hides what the system said.
+        let error = match error {
+            png::EncodingError::IoError(error) => error,
+            error => std::io::Error::other(error),
+        };
         return Err(file.error(&error));
     }
     file.finish()
 }
 
-fn encode(file: &mut Writing, picture: &Picture, compression: png::Compression) -> std::io::Result<()> {
+fn encode(
+    file: &mut Writing,
+    picture: &Picture,
+    compression: png::Compression,
+) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(file, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
@@ -120,6 +129,17 @@ mod tests {
             write_png(&path, &Picture { width: 1, height: 1, rgba: vec![0; 4] }).expect_err("no folder");
         assert!(error.to_string().contains("missing"), "{error}");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 0);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_told_in_plain_words() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.png");
+        std::os::unix::fs::symlink("/dev/full", &path).expect("a link");
+        let picture = Picture { width: 64, height: 64, rgba: vec![0; 64 * 64 * 4] };
+        let error = write_png(&path, &picture).expect_err("full").to_string();
+        assert!(error.ends_with("a.png cannot be written: no space is left"), "{error}");
     }
 
     #[test]
