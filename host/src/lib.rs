@@ -13,6 +13,7 @@ pub mod headless;
 pub mod live;
 pub mod log;
 pub mod open;
+pub mod plain;
 pub mod plugin;
 pub mod render;
 pub mod report;

@@ -11,6 +11,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     live::{Live, Setup},
+    plain::Plain,
     plugin::Registry,
     world::{
         Options, World, assets,
@@ -78,10 +79,10 @@ pub fn live(common: &Common, plugins: Registry, world: &World) -> Result<Live, F
     Live::new(setup, world).map_err(|problem| Failure::machine(miette::miette!("{problem}")))
 }
 
-/// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed. Anything
+/// One line on standard output, without control characters of others. A reader that went away is no error: whoever wanted more would have stayed. Anything
 /// else (a full disk) is told by [`all_said`].
 pub fn say(line: impl std::fmt::Display) {
-    match writeln!(std::io::stdout().lock(), "{line}") {
+    match writeln!(std::io::stdout().lock(), "{}", Plain(line)) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             *UNSAID.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         }

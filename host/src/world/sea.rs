@@ -124,6 +124,8 @@ pub(super) struct Member {
     /// Parameters that changed while it stood still: they come before the next step's events.
     pub(super) missed: Vec<abi::Event>,
     pub(super) standing: bool,
+    /// How often a step of it came to nothing: told the first times, and then at growing distances.
+    failures: u64,
     /// It does not give its state: asked once.
     pub(super) unsavable: bool,
     /// It has made steps: what the scene sets from the start was set.
@@ -139,6 +141,7 @@ impl Member {
             events: Vec::new(),
             missed: Vec::new(),
             standing: false,
+            failures: 0,
             unsavable: false,
             known: false,
         }
@@ -655,16 +658,18 @@ impl World {
             let report = member.instance.step(&input, &member.events);
             let standing = matches!(report.status, StepStatus::Failed | StepStatus::Standing);
             let text = || report.message.unwrap_or_else(|| "it stands still".to_owned());
+            let fails = (standing && !member.standing) || report.status == StepStatus::Discarded;
+            member.failures += u64::from(fails);
             if standing && !member.standing {
                 let grave = matches!(member.instance.health(), Health::Faulty(_));
                 let text = text();
-                told.push((member.name.clone(), text.clone()));
+                told.extend(counted(member.failures, &text).map(|text| (member.name.clone(), text)));
                 self.faults.push(Fault { module: at, step, grave, text });
                 if let Some(recent) = &mut self.recent {
                     recent.freeze(at, step);
                 }
             } else if report.status == StepStatus::Discarded {
-                told.push((member.name.clone(), text()));
+                told.extend(counted(member.failures, &text()).map(|text| (member.name.clone(), text)));
             }
             member.standing = standing;
         }
@@ -765,6 +770,20 @@ pub(super) fn raw_water(scene: &Scene) -> abi::Water {
         viscosity: water.viscosity as f32,
         depth: water.depth as f32,
         spare: [0.0; 5],
+    }
+}
+
+/// How often a module's failures are told one by one.
+const FIRST_FAILURES: u64 = 3;
+
+/// What is told of a module's failure with this number: all of the first ones, then each whose number is twice as great as
+/// that of the last one told.
+fn counted(number: u64, text: &str) -> Option<String> {
+    match number {
+        ..FIRST_FAILURES => Some(text.to_owned()),
+        FIRST_FAILURES => Some(format!("{text} (for the 3rd time: from now on every 2nd, 4th, 8th … time is told)")),
+        _ if number.is_power_of_two() => Some(format!("{text} (for the {number}th time)")),
+        _ => None,
     }
 }
 
