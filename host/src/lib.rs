@@ -5,6 +5,7 @@
 //! [`headless`] everything that needs none; [`cli`] is the door to both.
 
 pub mod app;
+pub mod bounded;
 pub mod cli;
 pub mod failure;
 pub mod files;

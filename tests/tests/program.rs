@@ -3,7 +3,7 @@
 
 use std::{
     env, fs,
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
     sync::OnceLock,
     time::{Duration, Instant},
 };
@@ -114,4 +114,103 @@ fn texts_of_others_reach_the_terminal_without_control_characters() {
             serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON");
         }
     }
+}
+
+/// Runs the program, which must end by itself soon: its exit code and what it told.
+fn soon(arguments: &[&str]) -> (Option<i32>, String) {
+    let mut child = command(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let end = Instant::now() + Duration::from_secs(60);
+    while child.try_wait().expect("the child").is_none() {
+        if Instant::now() > end {
+            child.kill().expect("the child is ended");
+            panic!("reef {arguments:?} did not end within a minute");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().expect("the child");
+    (output.status.code(), text(&output.stderr))
+}
+
+#[cfg(unix)]
+fn pipe(path: &std::path::Path) {
+    let name = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
+    // SAFETY: the path is null-terminated.
+    assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_is_no_file_or_has_no_end_is_refused_before_it_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fifo = folder.path().join("fifo.json");
+    pipe(&fifo);
+    let fifo = fifo.to_str().expect("UTF-8");
+    let library = artifacts().plugin("reef_particles").to_str().expect("UTF-8");
+    for path in ["/dev/zero", fifo] {
+        for arguments in [
+            ["plugin", "check", library, "--config", path].as_slice(),
+            &["sim", "reef", "--steps", "1", "--load-state", path],
+            &["sim", "reef", "--steps", "1", "--replay", path],
+        ] {
+            let (code, told) = soon(arguments);
+            assert_eq!(code, Some(2), "{arguments:?}: {told}");
+            assert!(told.contains("it is no regular file"), "{arguments:?}: {told}");
+        }
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_is_no_state_is_refused_by_its_first_bytes() {
+    let (folder, scene) = scene_with("");
+    let state = folder.path().join("state");
+    // As large as a state may be, all of it a hole: read whole it would take all of a machine's memory.
+    fs::File::create(&state).and_then(|file| file.set_len(8 << 30)).expect("a file with a hole");
+    let state = state.to_str().expect("UTF-8");
+    let began = Instant::now();
+    let (code, told) = soon(&["sim", &scene, "--steps", "1", "--load-state", state]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("it does not begin like one"), "{told}");
+    assert!(began.elapsed() < Duration::from_secs(2), "it took {:?}", began.elapsed());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_pipe_in_a_watched_folder_stops_nothing() {
+    let (folder, scene) = scene_with("");
+    let plugins = folder.path().join("plugins");
+    fs::create_dir(&plugins).expect("a folder");
+    let library = plugins.join("libreef_fixture_faulty.so");
+    fs::copy(artifacts().plugin("reef_fixture_faulty"), &library).expect("a copy");
+    let dir = plugins.to_str().expect("UTF-8").to_owned();
+    let making = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(1500));
+        pipe(&plugins.join("libfifo.so"));
+        // One that is watched already, too.
+        fs::remove_file(&library).expect("removed");
+        pipe(&library);
+    });
+    let (code, told) = soon(&["sim", &scene, "--watch", "--steps", "240", "--plugin-dir", &dir]);
+    making.join().expect("the pipes are made");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("it is no regular file"), "{told}");
+}
+
+#[test]
+fn results_with_the_same_path_are_refused_before_the_first_step() {
+    let (folder, scene) = scene_with("");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (out, same) = (file("out"), file("./out"));
+    for pair in [["--record", "--save-state"], ["--save-state", "--journal"], ["--record", "--journal"]] {
+        let (code, told) = soon(&["sim", &scene, "--steps", "1", pair[0], &out, pair[1], &same]);
+        assert_eq!(code, Some(2), "{told}");
+        let both = format!("{} and {} lead to the same file", pair[0], pair[1]);
+        assert!(told.contains(&both) && !folder.path().join("out").exists(), "{told}");
+    }
+    let (code, told) = soon(&["sim", &scene, "--steps", "1", "--record", &out, "--journal", &file("other")]);
+    assert_eq!(code, Some(0), "{told}");
 }

@@ -1,19 +1,17 @@
 //! The configuration that checked instances are made with: read as a scene would be, so that what the host refuses never
 //! gets to the plugin.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
 use crate::{
+    bounded,
     plugin::PluginInfo,
     world::{
         catalogue,
-        scene::{self, Catalogue, error::Source},
+        scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
     },
 };
 
@@ -42,7 +40,7 @@ impl Config {
         }
         let path = Path::new(text);
         let content =
-            fs::read_to_string(path).map_err(|error| miette::miette!("--config {text}: {error}"))?;
+            bounded::read_text(path, LARGEST_FILE).map_err(|error| miette::miette!("--config {text}: {error}"))?;
         if path.extension().is_some_and(|ending| ending == "toml") {
             let table = content
                 .parse()
