@@ -6,6 +6,9 @@ use std::{
     path::Path,
 };
 
+/// A byte order mark.
+const MARK: char = '\u{feff}';
+
 /// Opens a regular file. Anything else — a folder, a pipe, a device — is an error: who opens a pipe waits for its other end,
 /// and a device may have no end.
 pub fn open(path: &Path) -> io::Result<File> {
@@ -26,10 +29,20 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     rest(&open(path)?, Vec::new(), most)
 }
 
-/// The same for what is text.
+/// The same for what is text, [without a mark](without_mark).
 pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     let bytes = read(path, most)?;
-    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
+    String::from_utf8(bytes)
+        .map(without_mark)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
+/// Takes away the byte order mark with which some editors begin a file.
+pub fn without_mark(mut text: String) -> String {
+    if text.starts_with(MARK) {
+        text.drain(..MARK.len_utf8());
+    }
+    text
 }
 
 /// Reads the first bytes of a file, or all of a shorter one.
@@ -89,6 +102,8 @@ mod tests {
         let first = beginning(&file, 3).expect("its beginning");
         assert_eq!(first, b"123");
         assert_eq!(rest(&file, first, 7).expect("all of it"), b"1234567");
+        std::fs::write(&path, "\u{feff}x").expect("a file");
+        assert_eq!(read_text(&path, 7).expect("text"), "x");
         std::fs::write(&path, b"\xff").expect("a file");
         assert_eq!(read_text(&path, 7).expect_err("no text").to_string(), "it is not UTF-8 text");
     }

@@ -160,7 +160,9 @@ mod tests {
         for words in ["reef", "reef reef", "reef sim reef --watch", "reef sim reef --watch --steps 9"] {
             assert_eq!(limits_of(words), live, "{words}");
         }
-        for words in ["reef sim reef --steps 9", "reef render reef --out x.png", "reef validate", "reef bench"] {
+        for words in
+            ["reef sim reef --steps 9", "reef render reef --out x.png", "reef validate", "reef bench"]
+        {
             assert_eq!(limits_of(words), Some(Limits::offline()), "{words}");
             let patient = limits_of(&format!("{words} --patience 1.5")).expect("limits");
             assert_eq!(patient.step, Duration::from_millis(1500), "{words}");

@@ -6,11 +6,11 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
+use crate::plain::Escaping;
 use tracing::{
     Level,
     field::{Field, Visit},
 };
-use crate::plain::Escaping;
 use tracing_subscriber::{
     Layer,
     field::MakeExt,
@@ -46,7 +46,9 @@ pub fn init() {
     let stderr = tracing_subscriber::fmt::layer()
         .log_internal_errors(false)
         .with_writer(std::io::stderr)
-        .fmt_fields(debug_fn(|out: &mut Writer<'_>, field, value| without_control(out, field, value)).delimited(" "))
+        .fmt_fields(
+            debug_fn(|out: &mut Writer<'_>, field, value| without_control(out, field, value)).delimited(" "),
+        )
         .with_ansi(crate::report::has_colors())
         .without_time()
         .with_target(false);
@@ -96,7 +98,11 @@ impl Visit for Text {
 }
 
 /// One field of a line; texts of others reach the terminal without control characters.
-fn without_control(mut out: &mut dyn std::fmt::Write, field: &Field, value: &dyn std::fmt::Debug) -> std::fmt::Result {
+fn without_control(
+    mut out: &mut dyn std::fmt::Write,
+    field: &Field,
+    value: &dyn std::fmt::Debug,
+) -> std::fmt::Result {
     match field.name() {
         "message" => write!(Escaping(out), "{value:?}"),
         name => {
@@ -123,7 +129,11 @@ mod tests {
             tracing::warn!(target: "winit", "trouble of others");
         });
         let told: Vec<_> = take().into_iter().map(|line| (line.level, line.text)).collect();
-        for (level, text) in [(Level::ERROR, "broken 7"), (Level::INFO, "loaded count=3"), (Level::WARN, "a \\u001b[2J name=\"\\u{9b}\"")] {
+        for (level, text) in [
+            (Level::ERROR, "broken 7"),
+            (Level::INFO, "loaded count=3"),
+            (Level::WARN, "a \\u001b[2J name=\"\\u{9b}\""),
+        ] {
             assert!(told.contains(&(level, text.to_owned())), "{told:?}");
         }
         let other = |(_, text): &(Level, String)| text.contains("chatter") || text.contains("others");

@@ -51,7 +51,11 @@ fn a_run_without_a_window_waits_and_patience_says_how_long() {
     let began = Instant::now();
     let output = reef(&[sim.as_slice(), &["--patience", "1.5"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(began.elapsed() >= Duration::from_millis(1500), "it was asked to stop after {:?}", began.elapsed());
+    assert!(
+        began.elapsed() >= Duration::from_millis(1500),
+        "it was asked to stop after {:?}",
+        began.elapsed()
+    );
     // One that never ends, nor asks: the message says what would have waited longer.
     let (_folder, scene) = scene_with("strike = 'loop'\nwhere = 'step'");
     let output = reef(&["sim", &scene, "--workers", "1", "--steps", "1", "--patience", "0.3"]);
@@ -89,7 +93,8 @@ fn texts_of_others_reach_the_terminal_without_control_characters() {
     let folder = tempfile::tempdir().expect("a folder");
     let evil = "x\x1b[2J\x1b]0;owned\x07\u{9b}31m";
     let scene = folder.path().join(format!("{evil}.toml"));
-    fs::write(&scene, format!("[scene]\nname = \"\\u001b[2J\\u009b\"\n# {evil}\nsed = 1 # {evil}\n")).expect("a scene");
+    fs::write(&scene, format!("[scene]\nname = \"\\u001b[2J\\u009b\"\n# {evil}\nsed = 1 # {evil}\n"))
+        .expect("a scene");
     let plugins = folder.path().join(format!("plugins{evil}"));
     fs::create_dir(&plugins).expect("a folder");
     fs::write(plugins.join(format!("lib{evil}.so")), "no library").expect("a file");
@@ -118,11 +123,8 @@ fn texts_of_others_reach_the_terminal_without_control_characters() {
 
 /// Runs the program, which must end by itself soon: its exit code and what it told.
 fn soon(arguments: &[&str]) -> (Option<i32>, String) {
-    let mut child = command(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+    let mut child =
+        command(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
     let end = Instant::now() + Duration::from_secs(60);
     while child.try_wait().expect("the child").is_none() {
         if Instant::now() > end {
@@ -213,4 +215,70 @@ fn results_with_the_same_path_are_refused_before_the_first_step() {
     }
     let (code, told) = soon(&["sim", &scene, "--steps", "1", "--record", &out, "--journal", &file("other")]);
     assert_eq!(code, Some(0), "{told}");
+}
+
+#[test]
+fn the_benches_are_listed_where_somebody_looks_for_them() {
+    let help = text(&reef(&["bench", "--help"]).stdout);
+    let (code, told) = soon(&["bench", "fiber"]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("did you mean `fibre`?"), "{told}");
+    for (name, about) in
+        [("churn", "ten thousand reloads"), ("table1", "the paper's table 1"), ("waves", "orbits")]
+    {
+        assert!(help.contains(name) && help.contains(about), "{help}");
+        assert!(told.contains(name) && told.contains(about), "{told}");
+    }
+}
+
+#[test]
+fn a_byte_order_mark_is_no_column_of_the_first_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("sea.toml");
+    for mark in ["", "\u{feff}"] {
+        fs::write(&scene, format!("{mark}scene = {{ sed = 1 }}\n")).expect("a scene");
+        let (code, told) = soon(&["scene", "check", scene.to_str().expect("UTF-8")]);
+        assert_eq!(code, Some(2), "{told}");
+        assert!(told.contains("sea.toml:1:11: scene.sed"), "{told}");
+        assert!(told.contains("  1 | scene = { sed = 1 }\n    |           ^^^\n"), "{told}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_scale_of_windows_that_is_none_is_refused() {
+    for (value, code) in [("abc", 2), ("-1", 2), ("1.5", 3)] {
+        let mut command = command(&[]);
+        command.env("DISPLAY", ":no-such-display").env("WINIT_X11_SCALE_FACTOR", value);
+        let output =
+            command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output().expect("it runs");
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{value}: {told}");
+        let named = told.contains(&format!("WINIT_X11_SCALE_FACTOR={value}: this is no scale"));
+        assert_eq!(named, code == 2, "{value}: {told}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn drivers_that_the_environment_hides_are_named_before_anything_is_installed() {
+    // Without a loader there is nothing to be hidden.
+    if env::var_os("REEF_REQUIRE").is_none() {
+        return reef_tests::skip("REEF_REQUIRE is not set");
+    }
+    let (folder, scene) = scene_with("");
+    let cut = folder.path().join("cut.json");
+    fs::write(&cut, "{\"file_format_version\": \"1.0.0\", \"ICD\": {\"libr").expect("a file");
+    let out = folder.path().join("out.png");
+    for (path, fault) in
+        [(cut.as_path(), "it is not JSON"), ("/no/such/driver.json".as_ref(), "No such file")]
+    {
+        let mut command = command(&["render", &scene, "--out", out.to_str().expect("UTF-8")]);
+        let output =
+            command.env_remove("VK_ICD_FILENAMES").env("VK_DRIVER_FILES", path).output().expect("it runs");
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{told}");
+        assert!(told.contains("VK_DRIVER_FILES is set") && told.contains(fault), "{told}");
+        assert!(!told.contains("install"), "{told}");
+    }
 }

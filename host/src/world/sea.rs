@@ -781,7 +781,9 @@ const FIRST_FAILURES: u64 = 3;
 fn counted(number: u64, text: &str) -> Option<String> {
     match number {
         ..FIRST_FAILURES => Some(text.to_owned()),
-        FIRST_FAILURES => Some(format!("{text} (for the 3rd time: from now on every 2nd, 4th, 8th … time is told)")),
+        FIRST_FAILURES => {
+            Some(format!("{text} (for the 3rd time: from now on every 2nd, 4th, 8th … time is told)"))
+        }
         _ if number.is_power_of_two() => Some(format!("{text} (for the {number}th time)")),
         _ => None,
     }

@@ -39,8 +39,8 @@ impl Config {
             return table(text).map_err(|problem| miette::miette!("--config: {problem}"));
         }
         let path = Path::new(text);
-        let content =
-            bounded::read_text(path, LARGEST_FILE).map_err(|error| miette::miette!("--config {text}: {error}"))?;
+        let content = bounded::read_text(path, LARGEST_FILE)
+            .map_err(|error| miette::miette!("--config {text}: {error}"))?;
         if path.extension().is_some_and(|ending| ending == "toml") {
             let table = content
                 .parse()

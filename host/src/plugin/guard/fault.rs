@@ -65,7 +65,9 @@ mod tests {
         for (option, end) in [(None, "asked to;"), (Some("--x S"), "asked to (--x S waits longer);")] {
             let runaway = Fault { cause: Cause::Runaway { limit, option }, place: None, job: None };
             let told = runaway.describe("a.b", "step");
-            assert!(told.contains("did not end 250 ms after it began, nor when it was ") && told.contains(end));
+            assert!(
+                told.contains("did not end 250 ms after it began, nor when it was ") && told.contains(end)
+            );
         }
     }
 }
