@@ -168,7 +168,7 @@ mod tests {
         assert!(said.contains("  because: inner\n"), "{said}");
         assert!(said.contains("\n\nerror: file.toml: outer\n  1 | y\n    | ^\n"), "{said}");
         let odd = told(&fault("\x1b[2J = \x1b\n", 7..8));
-        assert!(odd.contains("\n  1 | \\u001b[2J = \\u001b\n    |            ^^^^^^\n"), "{odd}");
+        assert!(odd.contains("\n  1 | \\u001b[2J = \\u001b\n    |             ^^^^^^\n"), "{odd}");
         let shown = Told { diagnostic: &both, colors: true }.to_string();
         assert!(shown.contains("\x1b[31m^\x1b[0m"), "{shown:?}");
     }

@@ -73,7 +73,7 @@ fn a_run_without_a_window_waits_and_patience_says_how_long() {
 }
 
 #[test]
-fn a_plugin_that_fails_each_step_is_told_at_growing_distances() {
+fn a_plugin_that_discards_each_step_is_told_at_growing_distances() {
     let (_folder, scene) = scene_with("fault = 'discard'\nin_step = 1");
     let output = reef(&["sim", &scene, "--steps", "1000"]);
     let told = text(&output.stderr);
@@ -147,7 +147,7 @@ fn pipe(path: &std::path::Path) {
 #[test]
 #[cfg(target_os = "linux")]
 fn what_is_no_file_or_has_no_end_is_refused_before_it_is_read() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let (folder, scene) = scene_with("");
     let fifo = folder.path().join("fifo.json");
     pipe(&fifo);
     let fifo = fifo.to_str().expect("UTF-8");
@@ -155,8 +155,8 @@ fn what_is_no_file_or_has_no_end_is_refused_before_it_is_read() {
     for path in ["/dev/zero", fifo] {
         for arguments in [
             ["plugin", "check", library, "--config", path].as_slice(),
-            &["sim", "reef", "--steps", "1", "--load-state", path],
-            &["sim", "reef", "--steps", "1", "--replay", path],
+            &["sim", &scene, "--steps", "1", "--load-state", path],
+            &["sim", &scene, "--steps", "1", "--replay", path],
         ] {
             let (code, told) = soon(arguments);
             assert_eq!(code, Some(2), "{arguments:?}: {told}");
@@ -247,8 +247,9 @@ fn a_byte_order_mark_is_no_column_of_the_first_line() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_scale_of_windows_that_is_none_is_refused() {
+    let (_folder, scene) = scene_with("");
     for (value, code) in [("abc", 2), ("-1", 2), ("1.5", 3)] {
-        let mut command = command(&[]);
+        let mut command = command(&[&scene]);
         command.env("DISPLAY", ":no-such-display").env("WINIT_X11_SCALE_FACTOR", value);
         let output =
             command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output().expect("it runs");

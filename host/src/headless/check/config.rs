@@ -129,7 +129,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
-            fs::write(&path, text).unwrap();
+            std::fs::write(&path, text).unwrap();
             path.to_str().unwrap().to_owned()
         };
         assert!(Config::read(Some(&write("a.json", "[1]"))).unwrap_err().to_string().contains("JSON object"));
