@@ -1,10 +1,14 @@
 //! The command line: one subcommand a file in [`crate::headless`], the window without one.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::{path::PathBuf, process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 
-use crate::{app, headless, open, report};
+use crate::{
+    app, headless, open,
+    plugin::{Limits, offer_patience, set_limits},
+    report,
+};
 
 /// A living sea: run it, render it, write plugins for it.
 #[derive(Parser, Debug)]
@@ -50,6 +54,9 @@ pub struct Common {
     /// Folder of assets; found beside the program or the workspace without it.
     #[arg(long, global = true, value_name = "DIR")]
     pub assets: Option<PathBuf>,
+    /// Stop a plugin's step after it worked for so long; 0.25 in the window and with --watch, 60 in runs without hurry.
+    #[arg(long, global = true, value_name = "SECONDS", value_parser = patience)]
+    pub patience: Option<Duration>,
 }
 
 #[derive(clap::Subcommand, Debug)]
@@ -82,6 +89,28 @@ fn workers(text: &str) -> Result<usize, String> {
     }
 }
 
+/// How long a step may take.
+fn patience(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.001..=1e6).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("0.001 to 1000000 seconds".to_owned()),
+    }
+}
+
+/// How long plugins may take in this command: where people wait for pictures, a step that is late is a fault; a run that
+/// writes files has no hurry. The checker of plugins holds them to the window's limits, whatever was said.
+fn limits(command: Option<&Command>, patience: Option<Duration>) -> Option<Limits> {
+    let limits = match command {
+        Some(Command::Plugin(_)) => return None,
+        Some(Command::Sim(args)) if args.watch => Limits::default(),
+        Some(Command::Sim(_) | Command::Render(_) | Command::Validate(_) | Command::Bench(_)) => {
+            Limits::offline()
+        }
+        _ => Limits::default(),
+    };
+    Some(patience.map_or(limits, |patience| limits.with_patience(patience)))
+}
+
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -95,6 +124,10 @@ pub fn main() -> ExitCode {
         tracing::warn!("a signal may leave files named .reef-*.part: {error}");
     }
     let common = &cli.common;
+    if let Some(limits) = limits(cli.command.as_ref(), common.patience) {
+        set_limits(limits);
+        offer_patience();
+    }
     let outcome = match &cli.command {
         None => app::run(common, &cli.window),
         Some(Command::Render(args)) => headless::render::run(common, args),
@@ -111,6 +144,35 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             report::tell(&failure.report);
             ExitCode::from(failure.code)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits_of(words: &str) -> Option<Limits> {
+        let cli = Cli::try_parse_from(words.split(' ')).expect("a command line");
+        limits(cli.command.as_ref(), cli.common.patience)
+    }
+
+    #[test]
+    fn only_what_people_look_at_has_a_hurry() {
+        let live = Some(Limits::default());
+        for words in ["reef", "reef reef", "reef sim reef --watch", "reef sim reef --watch --steps 9"] {
+            assert_eq!(limits_of(words), live, "{words}");
+        }
+        for words in
+            ["reef sim reef --steps 9", "reef render reef --out x.png", "reef validate", "reef bench"]
+        {
+            assert_eq!(limits_of(words), Some(Limits::offline()), "{words}");
+            let patient = limits_of(&format!("{words} --patience 1.5")).expect("limits");
+            assert_eq!(patient.step, Duration::from_millis(1500), "{words}");
+        }
+        assert_eq!(limits_of("reef plugin check x.so --patience 9"), None);
+        for wrong in ["0", "-1", "nan", "inf", "1e7", "soon"] {
+            assert!(Cli::try_parse_from(["reef", "bench", "--patience", wrong]).is_err(), "{wrong}");
         }
     }
 }

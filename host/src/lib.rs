@@ -5,6 +5,7 @@
 //! [`headless`] everything that needs none; [`cli`] is the door to both.
 
 pub mod app;
+pub mod bounded;
 pub mod cli;
 pub mod failure;
 pub mod files;
@@ -13,6 +14,7 @@ pub mod headless;
 pub mod live;
 pub mod log;
 pub mod open;
+pub mod plain;
 pub mod plugin;
 pub mod render;
 pub mod report;

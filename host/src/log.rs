@@ -6,10 +6,16 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use tracing::{Level, field::Visit};
+use crate::plain::Escaping;
+use tracing::{
+    Level,
+    field::{Field, Visit},
+};
 use tracing_subscriber::{
     Layer,
+    field::MakeExt,
     filter::{LevelFilter, Targets},
+    fmt::format::{Writer, debug_fn},
     layer::Context,
     layer::SubscriberExt,
     util::SubscriberInitExt,
@@ -40,6 +46,9 @@ pub fn init() {
     let stderr = tracing_subscriber::fmt::layer()
         .log_internal_errors(false)
         .with_writer(std::io::stderr)
+        .fmt_fields(
+            debug_fn(|out: &mut Writer<'_>, field, value| without_control(out, field, value)).delimited(" "),
+        )
         .with_ansi(crate::report::has_colors())
         .without_time()
         .with_target(false);
@@ -79,12 +88,27 @@ fn keep(line: Line) {
 struct Text(String);
 
 impl Visit for Text {
-    fn record_debug(&mut self, field: &tracing::field::Field, value: &dyn std::fmt::Debug) {
+    fn record_debug(&mut self, field: &Field, value: &dyn std::fmt::Debug) {
+        if field.name() != "message" {
+            self.0.push(' ');
+        }
         // Writing to a String does not fail.
-        let _ = match field.name() {
-            "message" => write!(self.0, "{value:?}"),
-            name => write!(self.0, " {name}={value:?}"),
-        };
+        let _ = without_control(&mut self.0, field, value);
+    }
+}
+
+/// One field of a line; texts of others reach the terminal without control characters.
+fn without_control(
+    mut out: &mut dyn std::fmt::Write,
+    field: &Field,
+    value: &dyn std::fmt::Debug,
+) -> std::fmt::Result {
+    match field.name() {
+        "message" => write!(Escaping(out), "{value:?}"),
+        name => {
+            write!(out, "{name}=")?;
+            write!(Escaping(&mut out), "{value:?}")
+        }
     }
 }
 
@@ -99,12 +123,17 @@ mod tests {
         tracing::subscriber::with_default(subscriber, || {
             tracing::error!(target: "reef::test", "broken {}", 7);
             tracing::info!(target: "reef::test", count = 3, "loaded");
+            tracing::warn!(target: "reef::test", name = "\u{9b}", "a \x1b[2J");
             tracing::debug!(target: "reef::test", "chatter");
             tracing::info!(target: "winit", "chatter of others");
             tracing::warn!(target: "winit", "trouble of others");
         });
         let told: Vec<_> = take().into_iter().map(|line| (line.level, line.text)).collect();
-        for (level, text) in [(Level::ERROR, "broken 7"), (Level::INFO, "loaded count=3")] {
+        for (level, text) in [
+            (Level::ERROR, "broken 7"),
+            (Level::INFO, "loaded count=3"),
+            (Level::WARN, "a \\u001b[2J name=\"\\u{9b}\""),
+        ] {
             assert!(told.contains(&(level, text.to_owned())), "{told:?}");
         }
         let other = |(_, text): &(Level, String)| text.contains("chatter") || text.contains("others");

@@ -14,6 +14,7 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     live::{Live, Setup},
+    plain::Plain,
     plugin::Registry,
     world::{
         Options, World, assets,
@@ -84,10 +85,10 @@ pub fn live(common: &Common, plugins: Registry, world: &World) -> Result<Live, F
 /// The reader of standard output went away.
 static IS_ALONE: AtomicBool = AtomicBool::new(false);
 
-/// One line on standard output. A reader that went away is no error: whoever wanted more would have stayed. Anything
-/// else (a full disk) is told by [`all_said`].
+/// One line on standard output, without the control characters of others. A reader that went away is no error: whoever
+/// wanted more would have stayed. Anything else (a full disk) is told by [`all_said`].
 pub fn say(line: impl std::fmt::Display) {
-    match writeln!(std::io::stdout().lock(), "{line}") {
+    match writeln!(std::io::stdout().lock(), "{}", Plain(line)) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
             IS_ALONE.store(true, Ordering::Relaxed);
         }

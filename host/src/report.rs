@@ -7,6 +7,8 @@ use std::{
 
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 
+use crate::plain::Plain;
+
 /// Prints an error to standard error. Nobody may be listening: the exit code still says it.
 pub fn tell(report: &miette::Report) {
     let told = Told { diagnostic: report.as_ref(), colors: has_colors() };
@@ -29,14 +31,14 @@ impl fmt::Display for Told<'_> {
     /// One line a sentence, however long: `file:line:column` must stay whole for editors and scripts.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (red, cyan, plain) = if self.colors { ("\x1b[31m", "\x1b[36m", "\x1b[0m") } else { ("", "", "") };
-        writeln!(f, "{red}error:{plain} {}", self.diagnostic)?;
         let mut said = self.diagnostic.to_string();
+        writeln!(f, "{red}error:{plain} {}", Plain(&said))?;
         let mut cause = self.diagnostic.source();
         while let Some(error) = cause {
             let text = error.to_string();
             // Most messages already hold what caused them.
             if !said.contains(&text) {
-                writeln!(f, "  because: {text}")?;
+                writeln!(f, "  because: {}", Plain(&text))?;
             }
             said = text;
             cause = error.source();
@@ -47,7 +49,7 @@ impl fmt::Display for Told<'_> {
             }
         }
         if let Some(help) = self.diagnostic.help() {
-            writeln!(f, "  {cyan}help:{plain} {help}")?;
+            writeln!(f, "  {cyan}help:{plain} {}", Plain(help))?;
         }
         for diagnostic in self.diagnostic.related().into_iter().flatten() {
             write!(f, "\n{}", Told { diagnostic, colors: self.colors })?;
@@ -70,17 +72,17 @@ fn write_place(
     let width = (around.line() + lines.len()).to_string().len();
     let mut start = around.span().offset();
     for (i, line) in lines.iter().enumerate() {
-        let shown = line.replace('\t', " ");
-        writeln!(f, "  {cyan}{:>width$} |{plain} {shown}", around.line() + i + 1)?;
+        let shown = |part: &str| Plain(part.replace('\t', " ")).to_string();
+        writeln!(f, "  {cyan}{:>width$} |{plain} {}", around.line() + i + 1, shown(line))?;
         let rest = &text[start - around.span().offset()..];
         let end = start + line.len();
         let next = end + rest[line.len()..].find('\n').map_or(0, |at| at + 1);
         let at = label.offset();
         if (start..next.max(end + 1)).contains(&at) {
-            let column = line.get(..at - start).unwrap_or(line).chars().count();
+            let column = shown(line.get(..at - start).unwrap_or(line)).chars().count();
             let marked = line.get(at - start..(at - start + label.len()).min(line.len())).unwrap_or_default();
             let mut carets = String::new();
-            for _ in 0..marked.chars().count().max(1) {
+            for _ in 0..shown(marked).chars().count().max(1) {
                 carets.write_char('^')?;
             }
             writeln!(f, "  {:>width$} {cyan}|{plain} {:column$}{red}{carets}{plain}", "", "")?;
@@ -165,6 +167,8 @@ mod tests {
         let said = told(&both);
         assert!(said.contains("  because: inner\n"), "{said}");
         assert!(said.contains("\n\nerror: file.toml: outer\n  1 | y\n    | ^\n"), "{said}");
+        let odd = told(&fault("\x1b[2J = \x1b\n", 7..8));
+        assert!(odd.contains("\n  1 | \\u001b[2J = \\u001b\n    |             ^^^^^^\n"), "{odd}");
         let shown = Told { diagnostic: &both, colors: true }.to_string();
         assert!(shown.contains("\x1b[31m^\x1b[0m"), "{shown:?}");
     }

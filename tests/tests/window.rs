@@ -290,6 +290,18 @@ fn without_a_display_reef_says_how_to_do_without() {
 }
 
 #[test]
+fn a_stale_wayland_display_gives_way_to_one_of_x() {
+    let Some(bench) = Bench::new("400x300") else { return };
+    let output = bench
+        .command(&["--frames", "5", "--size", "200x150"])
+        .env("WAYLAND_DISPLAY", "wayland-gone")
+        .env("XDG_RUNTIME_DIR", bench.folder.path())
+        .output()
+        .expect("reef starts");
+    assert_clean(&output);
+}
+
+#[test]
 fn a_size_that_is_none_is_refused_by_name() {
     for size in ["640", "0x5", "axb", "-1x4", "640x99999999"] {
         let output =

@@ -1,6 +1,8 @@
 //! The window: events, camera, the panel.
 
 pub mod camera;
+#[cfg(target_os = "linux")]
+mod connection;
 mod gui;
 pub mod input;
 mod overlay;
@@ -15,12 +17,16 @@ mod window;
 use std::path::{Path, PathBuf};
 
 use winit::event_loop::EventLoop;
+#[cfg(target_os = "linux")]
+use winit::platform::x11::EventLoopBuilderExtX11;
 
 use crate::{
     failure::{Failure, Outcome},
     gpu::packages,
     open,
 };
+#[cfg(target_os = "linux")]
+use connection::{Environment, System};
 use sea::Sea;
 use window::{Shell, Wishes};
 
@@ -68,16 +74,34 @@ pub fn run(common: &crate::cli::Common, args: &Args) -> Outcome {
 
 /// Connects to the display.
 fn event_loop() -> Result<EventLoop<()>, Failure> {
+    #[cfg(target_os = "linux")]
+    let environment = Environment {
+        variable: &|name| std::env::var_os(name),
+        answers: &|socket| std::os::unix::net::UnixStream::connect(socket).is_ok(),
+    };
+    #[cfg(target_os = "linux")]
+    let system = environment.system();
+    #[cfg(target_os = "linux")]
+    if system == Some(System::X11)
+        && let Some(wrong) = environment.wrong_scale()
+    {
+        return Err(Failure::input(miette::miette!(help = connection::SCALES, "{wrong}")));
+    }
     // winit panics where it finds a display but not these.
     #[cfg(target_os = "linux")]
     for library in ["libxkbcommon.so.0", "libxkbcommon-x11.so.0"] {
-        let needed = library == "libxkbcommon.so.0" || std::env::var_os("WAYLAND_DISPLAY").is_none();
+        let needed = library == "libxkbcommon.so.0" || system == Some(System::X11);
         // SAFETY: these libraries run nothing of their own when they are loaded.
         if needed && let Err(error) = unsafe { libloading::Library::new(library) } {
             return Err(no_window(&error));
         }
     }
-    EventLoop::new().map_err(|error| no_window(&error))
+    let mut builder = EventLoop::builder();
+    #[cfg(target_os = "linux")]
+    if system == Some(System::X11) {
+        EventLoopBuilderExtX11::with_x11(&mut builder);
+    }
+    builder.build().map_err(|error| no_window(&error))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], Failure> {

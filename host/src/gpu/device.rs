@@ -3,6 +3,7 @@
 use ash::{khr, vk};
 
 use super::{
+    advice,
     error::{Call, GpuError, Result},
     instance::{Instance, Surface, name_of, version_text},
     packages,
@@ -78,7 +79,7 @@ pub(crate) fn enumerate(instance: &Instance, surface: Option<&Surface>) -> Resul
     // SAFETY: the instance lives.
     let devices = unsafe { instance.raw.enumerate_physical_devices() }.map_err(|result| match result {
         vk::Result::ERROR_INITIALIZATION_FAILED | vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
-            GpuError::NoDriver { help: packages::advice(&["run"]) }
+            advice::no_driver()
         }
         result => GpuError::Vulkan { call: "vkEnumeratePhysicalDevices", result },
     })?;
@@ -213,7 +214,7 @@ fn inspect(
 /// Takes the device that `wanted` names (by index, or by a part of its name), or the best one.
 pub(crate) fn choose(devices: Vec<DeviceInfo>, wanted: Option<&str>) -> Result<DeviceInfo> {
     if devices.is_empty() {
-        return Err(GpuError::NoDriver { help: packages::advice(&["run"]) });
+        return Err(advice::no_driver());
     }
     let mut candidates: Vec<DeviceInfo> = match wanted {
         None => devices,

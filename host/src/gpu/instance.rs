@@ -6,6 +6,7 @@ use ash::{ext, khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use super::{
+    advice::{self, no_driver, no_layer},
     canary::{Canary, messenger_info},
     error::{Call, GpuError, Result},
     packages,
@@ -107,7 +108,7 @@ impl Instance {
             let layer = layers
                 .iter()
                 .find(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
-                .ok_or_else(|| GpuError::NoLayer { help: packages::advice(&["validate"]) })?;
+                .ok_or_else(no_layer)?;
             canary.set_layer_version(layer.spec_version);
             layer_names.push(VALIDATION_LAYER.as_ptr());
         }
@@ -138,7 +139,7 @@ impl Instance {
         if debug_utils {
             names.push(ext::debug_utils::NAME.as_ptr());
         } else if validation != Validation::Off {
-            return Err(GpuError::NoLayer { help: packages::advice(&["validate"]) });
+            return Err(no_layer());
         }
         let mut flags = vk::InstanceCreateFlags::empty();
         if has(khr::portability_enumeration::NAME) {
@@ -170,10 +171,9 @@ impl Instance {
         }
         // SAFETY: everything that `info` points to lives until the call returns, the canary until the instance ends.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDriver { help: packages::advice(&["run"]) },
-            vk::Result::ERROR_LAYER_NOT_PRESENT => {
-                GpuError::NoLayer { help: packages::advice(&["validate"]) }
-            }
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => no_driver(),
+            vk::Result::ERROR_LAYER_NOT_PRESENT => no_layer(),
+            _ if advice::names_no_driver() => no_driver(),
             result => GpuError::Vulkan { call: "vkCreateInstance", result },
         })?;
         let mut instance = Instance { raw, entry, canary, debug_utils, messenger: None };
@@ -211,8 +211,9 @@ fn extensions(entry: &ash::Entry, validation: Validation) -> Result<Vec<Vec<u8>>
             unsafe { entry.enumerate_instance_extension_properties(layer) }.map_err(
                 |result| match result {
                     vk::Result::ERROR_INCOMPATIBLE_DRIVER | vk::Result::ERROR_INITIALIZATION_FAILED => {
-                        GpuError::NoDriver { help: packages::advice(&["run"]) }
+                        no_driver()
                     }
+                    _ if advice::names_no_driver() => no_driver(),
                     result => GpuError::Vulkan { call: "vkEnumerateInstanceExtensionProperties", result },
                 },
             )?;

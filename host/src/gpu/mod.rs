@@ -11,6 +11,7 @@
 //! reported as leaked, to the [`Canary`] like every message of the validation layers.
 
 pub mod access;
+mod advice;
 pub mod barriers;
 mod buffer;
 mod canary;

@@ -8,6 +8,7 @@ use std::{
 use ash::vk;
 
 use super::{device::DeviceInfo, instance::Instance};
+use crate::bounded;
 
 /// A cache larger than this is not read: something is wrong with it.
 const MOST_BYTES: u64 = 256 << 20;
@@ -79,11 +80,7 @@ impl PipelineCache {
 }
 
 fn read(file: &Path) -> Option<Vec<u8>> {
-    let size = std::fs::metadata(file).ok()?.len();
-    if size > MOST_BYTES {
-        return None;
-    }
-    std::fs::read(file).ok()
+    bounded::read(file, MOST_BYTES).ok()
 }
 
 /// Beside the file first, then in its place: whoever reads sees the old or the new one.
@@ -130,6 +127,22 @@ mod tests {
         assert!(!header_fits(&header(), 7, 8, &[1; 16]));
         for length in 0..header().len() {
             assert!(!header_fits(&header()[..length], 7, 8, &[9; 16]), "cut to {length} bytes");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_cache_that_is_no_file_is_none_and_nobody_waits_for_it() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let [pipe, zero] = ["pipe", "zero"].map(|name| folder.path().join(name));
+        let name = std::ffi::CString::new(pipe.to_str().expect("UTF-8")).expect("no NUL");
+        // SAFETY: the path is null-terminated.
+        assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+        std::os::unix::fs::symlink("/dev/zero", &zero).expect("a link");
+        for file in [&pipe, &zero] {
+            assert_eq!(read(file), None, "{}", file.display());
+            write(file, &[5]).expect("replaced");
+            assert_eq!(read(file), Some(vec![5]));
         }
     }
 

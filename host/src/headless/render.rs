@@ -118,9 +118,6 @@ fn frames(
         if n + 1 == args.frames || sink.wants_all() {
             sink.take(studio.shoot(&show.shot(), &settings)?)?;
         }
-        for message in show.world().take_messages() {
-            tracing::warn!("step {}: {}: {}", message.step, message.module, message.text);
-        }
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -2,7 +2,7 @@
 
 use std::{
     io::{IsTerminal, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::Instant,
 };
 
@@ -93,6 +93,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             .replay(journal)
             .map_err(|problem| Failure::input(miette::miette!("{}: {problem}", path.display())))?;
     }
+    distinct(&[
+        ("--record", args.record.as_deref()),
+        ("--save-state", args.save_state.as_deref()),
+        ("--journal", args.journal.as_deref()),
+    ])?;
     // All files are begun before the first step: nobody should wait for an answer that cannot be written.
     let mut recording = args.record.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
     let state = args.save_state.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
@@ -230,6 +235,28 @@ fn reload(world: &mut World, workers: usize) -> Outcome {
             Swap::Failed(problem) => return Err(failed(problem)),
             outcome => drop(outcome),
         }
+    }
+    Ok(())
+}
+
+/// Of results with the same path only the last one would be left.
+fn distinct(results: &[(&str, Option<&Path>)]) -> Outcome {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let beside = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
+    };
+    let mut places: Vec<(&str, PathBuf)> = Vec::new();
+    for (option, path) in results.iter().filter_map(|(option, path)| Some((*option, (*path)?))) {
+        let here = place(path);
+        if let Some((other, _)) = places.iter().find(|(_, there)| *there == here) {
+            return Err(Failure::input(miette::miette!(
+                help = "each result needs a file of its own",
+                "{other} and {option} lead to the same file, {}",
+                path.display()
+            )));
+        }
+        places.push((option, here));
     }
     Ok(())
 }

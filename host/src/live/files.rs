@@ -22,7 +22,7 @@ use notify::{
 };
 
 use super::lease::{Lease, Writers};
-use crate::plugin::image::Image;
+use crate::{bounded, plugin::image::Image};
 
 /// Where nobody says that a file is whole: it has not changed for so long.
 const QUIET: Duration = Duration::from_millis(150);
@@ -132,7 +132,7 @@ impl Files {
         let real = self.add_folder(folder, false)?;
         // A file that is watched already may have changed since it was read: its present stamp would hide that.
         self.known.entry((real, name.to_owned())).or_insert_with(|| Known {
-            stamp: File::open(path).ok().as_ref().and_then(stamp),
+            stamp: bounded::open(path).ok().as_ref().and_then(stamp),
             ..Known::default()
         });
         Ok(())
@@ -287,7 +287,7 @@ fn look(
     now: Instant,
     whole: &impl Fn(&Path, &Image<'_>) -> bool,
 ) -> Look {
-    let file = match File::open(path) {
+    let file = match bounded::open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Look::Gone,
         Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),

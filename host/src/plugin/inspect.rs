@@ -1,15 +1,13 @@
 //! Reads a library's file without running any of it: is it a library of this machine, is it a plugin, does it speak this
 //! host's contract?
 
-use std::{
-    fs::{self, File},
-    path::Path,
-};
+use std::{fs, path::Path};
 
 use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
 
 use super::{error::Refusal, image::Image, services::version_text};
+use crate::bounded;
 
 /// Largest file that is looked at [bytes].
 const LARGEST: u64 = 1 << 30;
@@ -50,7 +48,7 @@ pub fn read(path: &Path) -> Result<Image<'static>, Refusal> {
     if !metadata.is_file() {
         return Err(Refusal::Unreadable("it is no regular file".into()));
     }
-    Image::read(&File::open(path).map_err(unreadable)?, metadata.len()).map_err(unreadable)
+    Image::read(&bounded::open(path).map_err(unreadable)?, metadata.len()).map_err(unreadable)
 }
 
 /// A library's file, taken apart.

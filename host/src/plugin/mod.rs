@@ -37,7 +37,7 @@ mod services;
 pub use reef_streams::{self as streams, textures};
 
 pub use error::{PluginError, Refusal};
-pub use guard::{Limits, set_limits};
+pub use guard::{Limits, offer_patience, set_limits};
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::{Heightfield, StepInput};
 pub use instance::{Health, Instance, StepReport, StepStatus, StepTimes};

@@ -15,7 +15,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{clock::LATEST, frame::CameraPose, water::Poke};
-use crate::files::{self, WriteError};
+use crate::{
+    bounded,
+    files::{self, WriteError},
+};
 
 /// Version of the format.
 const FORMAT: u32 = 1;
@@ -174,15 +177,7 @@ impl Journal {
     /// Reads one.
     pub fn read(path: &Path) -> Result<Self, JournalError> {
         let fail = |problem: String| JournalError::File { path: path.to_owned(), problem };
-        let data = std::fs::metadata(path).map_err(|error| fail(error.to_string()))?;
-        if !data.is_file() {
-            return Err(fail("it is no regular file".to_owned()));
-        }
-        if data.len() > LARGEST {
-            return Err(fail(format!("it has {} bytes; the limit is {LARGEST}", data.len())));
-        }
-        let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|_| fail("it is not UTF-8 text".to_owned()))?;
+        let text = bounded::read_text(path, LARGEST).map_err(|error| fail(error.to_string()))?;
         Self::parse(path, &text)
     }
 

@@ -124,6 +124,8 @@ pub(super) struct Member {
     /// Parameters that changed while it stood still: they come before the next step's events.
     pub(super) missed: Vec<abi::Event>,
     pub(super) standing: bool,
+    /// Steps that this instance discarded: told the first times, and then at growing distances.
+    pub(super) discards: u64,
     /// It does not give its state: asked once.
     pub(super) unsavable: bool,
     /// It has made steps: what the scene sets from the start was set.
@@ -139,6 +141,7 @@ impl Member {
             events: Vec::new(),
             missed: Vec::new(),
             standing: false,
+            discards: 0,
             unsavable: false,
             known: false,
         }
@@ -155,6 +158,7 @@ impl Member {
         self.params = params.to_vec();
         self.known = true;
         self.standing = false;
+        self.discards = 0;
     }
 
     /// What the scene sets from the start.
@@ -466,6 +470,7 @@ impl World {
         self.exchange.clear();
         for at in 0..self.members.len() {
             self.members[at].standing = false;
+            self.members[at].discards = 0;
             self.members[at].unsavable = false;
             if let Err(error) = self.members[at].instance.reset() {
                 let name = self.members[at].name.clone();
@@ -664,7 +669,8 @@ impl World {
                     recent.freeze(at, step);
                 }
             } else if report.status == StepStatus::Discarded {
-                told.push((member.name.clone(), text()));
+                member.discards += 1;
+                told.extend(counted(member.discards, &text()).map(|text| (member.name.clone(), text)));
             }
             member.standing = standing;
         }
@@ -765,6 +771,22 @@ pub(super) fn raw_water(scene: &Scene) -> abi::Water {
         viscosity: water.viscosity as f32,
         depth: water.depth as f32,
         spare: [0.0; 5],
+    }
+}
+
+/// How many of a module's discarded steps are told one by one.
+const FIRST_DISCARDS: u64 = 3;
+
+/// What is told of a module's discarded step with this number: all of the first ones, then each whose number is twice as great as
+/// that of the last one told.
+fn counted(number: u64, text: &str) -> Option<String> {
+    match number {
+        ..FIRST_DISCARDS => Some(text.to_owned()),
+        FIRST_DISCARDS => {
+            Some(format!("{text} (for the 3rd time: from now on every 2nd, 4th, 8th … time is told)"))
+        }
+        _ if number.is_power_of_two() => Some(format!("{text} (for the {number}th time)")),
+        _ => None,
     }
 }
 

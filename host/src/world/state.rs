@@ -22,6 +22,7 @@ use super::{
     water::{ActivePoke, MOST_POKES},
 };
 use crate::{
+    bounded,
     files::{self, WriteError},
     plugin::{
         PluginError,
@@ -31,6 +32,8 @@ use crate::{
 
 const MAGIC: &[u8; 8] = b"REEFSAVE";
 const FORMAT: u32 = 1;
+/// Bytes before the header: magic, format, the header's length.
+const PREFIX: usize = 16;
 /// Largest saved sea that is read [bytes].
 const LARGEST: u64 = 8 << 30;
 const HASH: usize = 32;
@@ -206,14 +209,12 @@ impl World {
     /// The same from a file.
     pub fn load_from(&mut self, path: &Path) -> Result<Option<Chain>, StateError> {
         let fail = |problem: String| StateError::File { path: path.to_owned(), problem };
-        let data = std::fs::metadata(path).map_err(|error| fail(error.to_string()))?;
-        if !data.is_file() {
-            return Err(fail("this is no regular file".to_owned()));
-        }
-        if data.len() > LARGEST {
-            return Err(fail(format!("it has {} bytes; the limit is {LARGEST}", data.len())));
-        }
-        let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
+        let unreadable = |error: std::io::Error| fail(error.to_string());
+        let file = bounded::open(path).map_err(unreadable)?;
+        // What is no state is refused by its first bytes, however many follow.
+        let first = bounded::beginning(&file, PREFIX as u64).map_err(unreadable)?;
+        begins(&first).map_err(|error| fail(error.to_string()))?;
+        let bytes = bounded::rest(&file, first, LARGEST).map_err(unreadable)?;
         self.load(&bytes).map_err(|error| fail(error.to_string()))
     }
 
@@ -254,24 +255,32 @@ fn damaged(problem: &str) -> StateError {
     StateError::Damaged(problem.to_owned())
 }
 
-/// The header, and the bytes of the modules.
-fn open(bytes: &[u8]) -> Result<(Header, &[u8]), StateError> {
-    if bytes.len() < 16 + HASH || &bytes[..8] != MAGIC {
+/// Whether bytes begin as a state of this format does; returns the length of its header.
+fn begins(bytes: &[u8]) -> Result<usize, StateError> {
+    if bytes.len() < PREFIX || &bytes[..8] != MAGIC {
         return Err(damaged("it does not begin like one"));
     }
     let number = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
     if number(8) != FORMAT {
         return Err(StateError::Other(format!("it has format {}, this program reads {FORMAT}", number(8))));
     }
+    Ok(number(12) as usize)
+}
+
+/// The header, and the bytes of the modules.
+fn open(bytes: &[u8]) -> Result<(Header, &[u8]), StateError> {
+    let length = begins(bytes)?;
+    if bytes.len() < PREFIX + HASH {
+        return Err(damaged("it is cut"));
+    }
     let (content, hash) = bytes.split_at(bytes.len() - HASH);
     if blake3::hash(content).as_bytes() != hash {
         return Err(damaged("its hash does not fit its bytes: it was cut or changed"));
     }
-    let length = number(12) as usize;
-    let json = content[16..].get(..length).ok_or_else(|| damaged("its header is cut"))?;
+    let json = content[PREFIX..].get(..length).ok_or_else(|| damaged("its header is cut"))?;
     let header =
         serde_json::from_slice(json).map_err(|error| StateError::Damaged(format!("its header: {error}")))?;
-    Ok((header, &content[16 + length..]))
+    Ok((header, &content[PREFIX + length..]))
 }
 
 struct Rest<'a>(&'a [u8]);

@@ -409,6 +409,7 @@ impl World {
             let member = &mut self.members[candidate.module];
             former.push(std::mem::replace(&mut member.instance, candidate.instance));
             member.standing = false;
+            member.discards = 0;
             member.unsavable = false;
             member.missed = candidate.missed;
             if let Some(recent) = &mut self.recent

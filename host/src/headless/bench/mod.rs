@@ -20,10 +20,12 @@ use crate::{
     cli::Common,
     failure::{Failure, Outcome},
     open::say,
+    world::scene::check::{did_you_mean, nearest},
 };
 
 /// Options of `reef bench`.
 #[derive(clap::Args, Clone, Debug)]
+#[command(after_help = listing())]
 pub struct Args {
     /// Which bench; all without a name.
     pub name: Option<String>,
@@ -105,9 +107,17 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
 
 fn find(name: &str) -> Result<&'static Bench, Failure> {
     BENCHES.iter().find(|bench| bench.name == name).ok_or_else(|| {
-        let names: Vec<&str> = BENCHES.iter().map(|bench| bench.name).collect();
-        Failure::input(miette::miette!("there is no bench {name:?}; there are: {}", names.join(", ")))
+        let names = BENCHES.iter().map(|bench| bench.name);
+        let meant = nearest(name, names).map(|name| format!("; {}", did_you_mean(name))).unwrap_or_default();
+        Failure::input(miette::miette!(help = listing(), "there is no bench {name:?}{meant}"))
     })
+}
+
+/// All benches with what they are about.
+fn listing() -> String {
+    let width = BENCHES.iter().map(|bench| bench.name.len()).max().unwrap_or(0);
+    let line = |bench: &Bench| format!("  {:width$}  {}", bench.name, bench.about);
+    format!("Benches:\n{}", BENCHES.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
 #[cfg(test)]
@@ -119,6 +129,10 @@ mod tests {
         let args = Args { name: Some("fiber".into()) };
         let failure = run(&Common::default(), &args).expect_err("no such bench");
         assert_eq!(failure.code, 2);
-        assert!(failure.to_string().contains("fibre"), "{failure}");
+        assert!(failure.to_string().contains("did you mean `fibre`?"), "{failure}");
+        let help = failure.report.help().map(|help| help.to_string()).unwrap_or_default();
+        for bench in BENCHES {
+            assert!(help.contains(bench.name) && help.contains(bench.about), "{help}");
+        }
     }
 }

@@ -1,19 +1,17 @@
 //! The configuration that checked instances are made with: read as a scene would be, so that what the host refuses never
 //! gets to the plugin.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
 use crate::{
+    bounded,
     plugin::PluginInfo,
     world::{
         catalogue,
-        scene::{self, Catalogue, error::Source},
+        scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
     },
 };
 
@@ -41,8 +39,8 @@ impl Config {
             return table(text).map_err(|problem| miette::miette!("--config: {problem}"));
         }
         let path = Path::new(text);
-        let content =
-            fs::read_to_string(path).map_err(|error| miette::miette!("--config {text}: {error}"))?;
+        let content = bounded::read_text(path, LARGEST_FILE)
+            .map_err(|error| miette::miette!("--config {text}: {error}"))?;
         if path.extension().is_some_and(|ending| ending == "toml") {
             let table = content
                 .parse()
@@ -131,7 +129,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
-            fs::write(&path, text).unwrap();
+            std::fs::write(&path, text).unwrap();
             path.to_str().unwrap().to_owned()
         };
         assert!(Config::read(Some(&write("a.json", "[1]"))).unwrap_err().to_string().contains("JSON object"));

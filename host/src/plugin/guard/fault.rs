@@ -11,6 +11,8 @@ pub(crate) enum Cause {
     Runaway {
         /// The limit after which it was asked to stop.
         limit: Duration,
+        /// The option that lengthens it, where there is one.
+        option: Option<&'static str>,
     },
 }
 
@@ -29,8 +31,10 @@ impl Fault {
     pub(crate) fn describe(&self, plugin: &str, call: &str) -> String {
         let cause = match &self.cause {
             Cause::Signal(text) => text.clone(),
-            Cause::Runaway { limit } => {
-                format!("it did not end {} ms after it began, nor when it was asked to", limit.as_millis())
+            Cause::Runaway { limit, option } => {
+                let longer = option.map(|option| format!(" ({option} waits longer)")).unwrap_or_default();
+                let limit = limit.as_millis();
+                format!("it did not end {limit} ms after it began, nor when it was asked to{longer}")
             }
         };
         let job = self.job.map(|job| format!(", in job {job}")).unwrap_or_default();
@@ -58,7 +62,12 @@ mod tests {
              library is not called any more"
         );
         let limit = Duration::from_millis(250);
-        let runaway = Fault { cause: Cause::Runaway { limit }, place: None, job: None };
-        assert!(runaway.describe("a.b", "step").contains("did not end 250 ms after it began"));
+        for (option, end) in [(None, "asked to;"), (Some("--x S"), "asked to (--x S waits longer);")] {
+            let runaway = Fault { cause: Cause::Runaway { limit, option }, place: None, job: None };
+            let told = runaway.describe("a.b", "step");
+            assert!(
+                told.contains("did not end 250 ms after it began, nor when it was ") && told.contains(end)
+            );
+        }
     }
 }

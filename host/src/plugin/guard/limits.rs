@@ -1,9 +1,14 @@
 //! How long a plugin's code may take.
 
 use std::{
-    sync::atomic::{AtomicU64, Ordering},
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
     time::Duration,
 };
+
+/// How long a call may take where nobody looks at a picture that stands still: a run that writes files has no hurry.
+const OFFLINE: Duration = Duration::from_secs(60);
+/// The option that says otherwise.
+const OPTION: &str = "--patience SECONDS";
 
 /// How long calls into plugins may take, measured on the busiest thread's processor time (so that a machine with other
 /// work to do condemns nobody), or, for a call that waits, on an eighth of the clock.
@@ -25,6 +30,19 @@ impl Default for Limits {
             other: Duration::from_secs(2),
             grace: Duration::from_millis(150),
         }
+    }
+}
+
+impl Limits {
+    /// Those of a run without a window: a minute for every call.
+    pub fn offline() -> Self {
+        Self { step: OFFLINE, other: OFFLINE, ..Self::default() }
+    }
+
+    /// These limits for somebody who waits so long for a step, and no shorter than before for other calls.
+    pub fn with_patience(self, patience: Duration) -> Self {
+        let other = Self::default().other.max(patience);
+        Self { step: patience, other, ..self }
     }
 }
 
@@ -54,4 +72,33 @@ pub fn set_limits(limits: Limits) {
     write(&STEP, limits.step);
     write(&OTHER, limits.other);
     write(&GRACE, limits.grace);
+}
+
+static HAS_OPTION: AtomicBool = AtomicBool::new(false);
+
+/// The command line of this process has [`OPTION`]: messages about condemned calls name it.
+pub fn offer_patience() {
+    HAS_OPTION.store(true, Ordering::Relaxed);
+}
+
+/// The option that lengthens the limits, where there is one.
+pub(super) fn option() -> Option<&'static str> {
+    HAS_OPTION.load(Ordering::Relaxed).then_some(OPTION)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_offline_run_waits_much_longer_and_patience_is_taken_at_its_word() {
+        let (live, offline) = (Limits::default(), Limits::offline());
+        assert!(offline.step >= 100 * live.step && offline.other >= 10 * live.other);
+        for patience in [Duration::from_millis(300), Duration::from_secs(7200)] {
+            for limits in [live.with_patience(patience), offline.with_patience(patience)] {
+                assert_eq!(limits.step, patience);
+                assert!(limits.other >= live.other && limits.other >= patience);
+            }
+        }
+    }
 }

@@ -21,5 +21,5 @@ mod machine;
 
 pub(crate) use fate::{Fate, Watch};
 pub(crate) use fault::Fault;
-pub use limits::{Limits, limits, set_limits};
+pub use limits::{Limits, limits, offer_patience, set_limits};
 pub(crate) use machine::{Resident, Text, guarded, leave, probe_read, probe_write, require_stack};

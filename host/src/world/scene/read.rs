@@ -8,6 +8,8 @@ use std::{
 
 use toml::de::DeTable;
 
+use crate::bounded;
+
 use super::{
     check::{did_you_mean, nearest},
     document::{self, Node},
@@ -51,6 +53,8 @@ pub fn read(path: &Path, what: &str) -> Result<Source, SceneError> {
         let problem = format!("the {what} file is not UTF-8 text: byte {at}, line {line}");
         SceneError::file(path, problem, Some("save it as UTF-8"))
     })?;
+    // Some editors begin a file with a byte order mark; it is no column of the first line.
+    let text = bounded::without_mark(text);
     if text.trim().is_empty() {
         let help = "assets/scenes/README.md shows a small complete scene";
         return Err(SceneError::file(path, format!("the {what} file is empty"), Some(help)));

@@ -4,7 +4,7 @@ use std::mem::ManuallyDrop;
 
 use super::{super::fault::Cause, describe, stack};
 use crate::plugin::{
-    guard::{Fate, Fault, Watch, limits},
+    guard::{Fate, Fault, Watch, limits, limits::option},
     marker,
 };
 
@@ -61,7 +61,7 @@ impl Frame {
         let cause = if seen.runaway {
             let limits = limits();
             let limit = if fate.watch() == Watch::Step { limits.step } else { limits.other };
-            Cause::Runaway { limit }
+            Cause::Runaway { limit, option: option() }
         } else if stack::overflowed(seen.signal, seen.address) {
             Cause::Signal(format!("SIGSEGV: its stack is full (address {:#x})", seen.address))
         } else {

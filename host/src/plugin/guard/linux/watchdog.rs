@@ -18,6 +18,8 @@ const TICK: Duration = Duration::from_millis(10);
 const IDLE: Duration = Duration::from_secs(1);
 /// How much slower the clock counts than processor time: a call that waits, or a machine with other work.
 const WAITING: u32 = 8;
+/// A call that waits for longer than both this and its limit waits for nothing that will come [clock].
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
 /// How long a call may take to come back to its text after that was taken away [processor time].
 const RETURN: Duration = Duration::from_millis(40);
 /// The same, for one that waits in the system and was interrupted there [clock]. The clock stands where a thread could go on
@@ -167,7 +169,8 @@ impl Watched {
         true
     }
 
-    /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock.
+    /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock (all of it
+    /// after [`LONGEST_WAIT`]).
     fn used(&self, fate: &Fate, limit: Duration) -> (Duration, Duration) {
         let threads = fate.threads();
         // A thread that began after the call was first seen has spent all of its time in it.
@@ -180,7 +183,7 @@ impl Watched {
         match times.max() {
             Some(busiest) => {
                 let busiest = Duration::from_nanos(busiest);
-                let clock = waited / WAITING;
+                let clock = if waited >= limit.max(LONGEST_WAIT) { waited } else { waited / WAITING };
                 // A thread that could go on, and has no processor, is no fault of its own, however long that takes.
                 let waits = clock >= limit && threads.iter().all(super::stack::Thread::is_asleep);
                 (busiest, if waits { busiest.max(clock) } else { busiest })
