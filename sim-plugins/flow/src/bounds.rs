@@ -127,8 +127,7 @@ impl Varying {
     /// How fast it is at most across a panel, and by how much it differs at most at the opposite wall [m/s].
     fn most(&self, panel: &Part, extent: [f32; 3], axis: usize) -> [f32; 2] {
         let [low, high] = [panel.low[1], panel.high[1]].map(|y| self.height + self.gradient * y);
-        let swing = (1.0 - self.modulation).abs() + self.modulation.abs();
-        let speed = self.velocity[axis].abs() * swing;
+        let speed = self.velocity[axis].abs() * self.swing();
         let change = if axis == 1 { self.gradient.abs() * extent[1] } else { 0.0 };
         [speed * low.max(high).max(0.0), speed * change]
     }

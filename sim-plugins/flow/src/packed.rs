@@ -21,6 +21,7 @@ use crate::{
     field::{Field, Sphere},
     math,
     simd::{Lanes, mul_add},
+    steepness,
 };
 
 /// A whirlwind's axis is as wide as this [rad, seen from C]: nearer to it the direction of (p − C) × R is rounding.
@@ -74,6 +75,13 @@ pub(crate) struct Varying {
     pub(crate) height: f32,
 }
 
+impl Varying {
+    /// What modulation makes of its velocity at most: |1 − m + m sin|.
+    pub(crate) fn swing(&self) -> f32 {
+        (1.0 - self.modulation).abs() + self.modulation.abs()
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shelter {
     pub(crate) center: [f32; 3],
@@ -91,6 +99,8 @@ pub struct Packed {
     pub(crate) whirlwinds: Vec<Whirlwind>,
     pub(crate) varying: Vec<Varying>,
     pub(crate) shelters: Vec<Shelter>,
+    /// Where there are shelters: a speed [m/s] that the water they calm does not exceed.
+    pub(crate) fastest: f32,
     /// While filling: the sum in f64.
     base_sum: [f64; 3],
     /// Room for [`Field`]'s queries.
@@ -212,6 +222,7 @@ impl Packed {
         self.base = self.base_sum.map(|v| v as f32 + 0.0);
         self.local = u32::try_from(self.sources.len() + self.whirlwinds.len() + self.shelters.len())
             .unwrap_or(u32::MAX);
+        self.fastest = if self.shelters.is_empty() { 0.0 } else { steepness::greatest_speed(self) };
     }
 
     /// One primitive. What is not finite, of unknown kind or without a peak does not act (the host refuses it earlier).

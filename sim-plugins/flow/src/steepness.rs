@@ -15,8 +15,8 @@ use crate::{
 /// Greatest steepness [1/s] that is told apart: sums and squares of it stay finite.
 const GREATEST: f32 = 1e12;
 
-/// An upper bound of ‖∇V‖ [1/s] in balls of radius `reach` [m] around points [m, relative to the origin of `packed`]; with a
-/// reach of zero, at the points. The same bytes at every level.
+/// An upper bound of ‖∇V‖ [1/s] in balls of radius `reach` [m] around points [m, relative to the origin of `packed`];
+/// with a reach of zero, at the points. The same bytes at every level.
 #[inline(always)]
 pub fn steepness<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, p: [V; 3], reach: V) -> V {
     let mut sum = V::splat(simd, 0.0);
@@ -39,7 +39,7 @@ pub fn steepness<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, p: [V; 3], reac
         let (_, d2) = from_center(simd, shelter.center, p);
         let ball = Ball::around(simd, d2, reach);
         // What calms the water by up to `strength` within its shell: |V| · strength · |∇fade|.
-        let speed = V::splat(simd, greatest_speed(packed) * shelter.strength.abs());
+        let speed = V::splat(simd, packed.fastest * shelter.strength.abs());
         sum += speed * shell_slope(simd, shelter.reach2, shelter.inv_shell, ball) * ball.far;
     }
     sum.min(V::splat(simd, GREATEST))
@@ -100,19 +100,28 @@ fn shell_slope<S: Simd, V: Lanes<S>>(simd: S, reach2: f32, inv_shell: f32, ball:
 /// A field that travels, or grows with height: Φ (m |k| h + |g|) at most, with h = 1 + g (y − level).
 #[inline(always)]
 fn of_varying<S: Simd, V: Lanes<S>>(simd: S, field: &Varying, y: V, reach: V) -> V {
-    let length = |v: [f32; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let (speed, rate) = (length(field.velocity), field.modulation.abs() * length(field.wave_vector));
     let height = mul_add(V::splat(simd, field.gradient), y, V::splat(simd, field.height));
     let height = mul_add(V::splat(simd, field.gradient.abs()), reach, height).max(V::splat(simd, 0.0));
-    let swing = (1.0 - 2.0 * field.modulation).abs().max(1.0);
-    mul_add(height, V::splat(simd, speed * rate), V::splat(simd, speed * field.gradient.abs() * swing))
+    mul_add(
+        height,
+        V::splat(simd, speed * rate),
+        V::splat(simd, speed * field.gradient.abs() * field.swing()),
+    )
 }
 
 /// A speed [m/s] that the sum of all fields nowhere exceeds near the object, where none grows with height.
-fn greatest_speed(packed: &Packed) -> f32 {
-    let length = |v: [f32; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+pub(crate) fn greatest_speed(packed: &Packed) -> f32 {
     let locals = packed.sources.iter().chain(packed.whirlwinds.iter().map(|whirlwind| &whirlwind.local));
     length(packed.base)
-        + packed.varying.iter().map(|field| length(field.velocity) * field.height.abs()).sum::<f32>()
+        + packed
+            .varying
+            .iter()
+            .map(|field| length(field.velocity) * field.height.abs() * field.swing())
+            .sum::<f32>()
         + locals.map(|local| local.strength.abs() / local.softening).sum::<f32>()
+}
+
+fn length(v: [f32; 3]) -> f32 {
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }

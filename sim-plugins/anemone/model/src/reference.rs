@@ -8,7 +8,7 @@
 //! along the fibre settles in a few jumps at any load.
 //!
 //! What is left is a flow that changes over a fraction of a segment: there a step goes in parts, as many as
-//! [`Fibre::reach`] asks for, or a tip that a hole or a whirlwind has caught would swing or circle for ever.
+//! `Fibre::reach` asks for, or a tip that a hole or a whirlwind has caught would swing or circle for ever.
 
 use glam::{DVec2, DVec3};
 
@@ -75,25 +75,23 @@ impl Fibre {
     /// One step of `dt` with time constant `tau` [s]: loads, then bends, in as many parts as the flow asks for. `velocity`
     /// [m/s] at a point.
     pub fn step(&mut self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3, dt: f64, tau: f64) {
-        let force = |i: usize, at: DVec3| law.force(self.shape.drag[i], self.shape.radii[i], velocity(at));
-        let parts = (dt / tau / self.reach(&force)).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (dt / tau / self.reach(law, velocity)).ceil().clamp(1.0, MOST_PARTS);
         for _ in 0..parts as usize {
-            let force =
-                |i: usize, at: DVec3| law.force(self.shape.drag[i], self.shape.radii[i], velocity(at));
-            let gain = math::relaxation(dt / parts, tau).min(self.reach(&force));
+            let gain = math::relaxation(dt / parts, tau).min(self.reach(law, velocity));
             let loads = self.loads(law, &|_, at| velocity(at));
             self.rebuild(gain, &loads);
         }
     }
 
     /// The share of its way that a step may go from the present pose, 2/(1 + Γ)², with Γ the greatest row sum of
-    /// B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} |∇F(N_j)| |N_j − N_{l−1}|. `force` [N]: on the node above segment i, at a place.
-    pub fn reach(&self, force: &dyn Fn(usize, DVec3) -> DVec3) -> f64 {
+    /// B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} |∇F(N_j)| |N_j − N_{l−1}|.
+    fn reach(&self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3) -> f64 {
         let (mut row, mut gamma) = (0.0, 0.0_f64);
         for i in (0..self.shape.segments()).rev() {
             let node = self.nodes[i + 1];
             let levers: f64 = self.nodes[..=i].iter().map(|below| node.distance(*below)).sum();
-            row += slope(&|at| force(i, at), node) * levers;
+            let (drag, radius) = (self.shape.drag[i], self.shape.radii[i]);
+            row += slope(&|at| law.force(drag, radius, velocity(at)), node) * levers;
             gamma = gamma.max(row / (self.shape.stiffness[i] * self.shape.lengths[i]));
         }
         2.0 / ((1.0 + gamma) * (1.0 + gamma))

@@ -74,6 +74,11 @@ impl FibreShape {
         self.lengths.len() + 1
     }
 
+    /// Whether some rest direction leaves the line of the segment below.
+    pub fn is_curved(&self) -> bool {
+        self.rest.iter().any(|bend| *bend != DVec2::ZERO)
+    }
+
     /// Length of the whole chain [m].
     pub fn length(&self) -> f64 {
         self.lengths.iter().sum()

@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3};
 use reef_flow::Sphere;
 use reef_sdk::{Heightfield, abi::Obstacle};
 
-use super::{Batch, Standing};
+use super::{Base, Batch, Standing};
 use crate::{
     frame::Frame,
     sow::Seedling,
-    wide::{Capsule, Contacts, Ground, LANES},
+    wide::{Capsule, Contacts, Ground, LANES, lanes},
 };
 
 /// How far a foot's root lies below the ground, in radii of its base: no gap shows under the flare.
@@ -101,7 +101,10 @@ impl Batch {
     pub(super) fn settle(&mut self, plants: &[Standing], ground: Option<&Heightfield<'_>>) {
         let of = |fibre: usize| self.plants.get(fibre).and_then(|plant| plants.get(*plant as usize));
         let Some(first) = of(0) else { return };
-        self.anchor = self.cell.map_or(first.origin, |cell| cell.anchor(ground));
+        self.anchor = match self.base {
+            Base::Foot(_) => first.origin,
+            Base::Cell(cell) => cell.anchor(ground),
+        };
         let mut center = DVec3::ZERO;
         for fibre in 0..self.plants.len() {
             center += of(fibre).map_or(DVec3::ZERO, |plant| plant.origin - self.anchor);
@@ -130,19 +133,12 @@ impl Batch {
 
     /// The ground as one plane for each plant, and what of each stands in it at rest.
     fn lay_ground(&mut self, plants: &[Standing], ground: &Heightfield<'_>) {
-        let count = self.plants.len();
-        let groups = count.div_ceil(LANES);
+        let groups = self.plants.len().div_ceil(LANES);
+        let segments = if self.is_riding() { 0 } else { self.chunk.segments() };
         self.contacts.ground = vec![Ground::default(); groups];
-        let segments = self.chunk.segments();
-        self.contacts.rooted = match self.cell {
-            None => Vec::new(),
-            Some(_) => vec![[0.0; LANES]; segments * groups],
-        };
-        for slot in 0..groups * LANES {
-            // Lanes without a fibre repeat the first one.
-            let fibre = if slot < count { slot } else { 0 };
+        self.contacts.rooted = vec![[0.0; LANES]; segments * groups];
+        for (group, at, fibre) in lanes(self.plants.len()) {
             let Some(plant) = plants.get(self.plants[fibre] as usize) else { continue };
-            let (group, at) = (slot / LANES, slot % LANES);
             let (x, z) = (plant.origin.x, plant.origin.z);
             let normal = normal_of(ground, x, z);
             let bed = DVec3::new(x, f64::from(ground.height(x, z)), z);

@@ -110,7 +110,16 @@ struct Listed {
     look: u32,
 }
 
-/// Fibres that one job steps.
+/// What all fibres of a batch stand on. It alone decides what they are relative to, so no fibre's bytes depend on the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Base {
+    /// The foot of this plant: they ride on its top.
+    Foot(u32),
+    /// By themselves, in one cell of the world's lattice.
+    Cell(ground::Cell),
+}
+
+/// Fibres that are stepped side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) chunk: Chunk,
@@ -118,8 +127,7 @@ pub(crate) struct Batch {
     pub(crate) plants: Vec<u32>,
     /// The guides of each fibre (followers only).
     blends: Vec<Blend>,
-    /// Where fibres that stand by themselves stand; None: all ride on one foot.
-    cell: Option<ground::Cell>,
+    base: Base,
     /// L_i of each fibre [m], fibre by fibre: exact, where the chunk's are rounded.
     lengths: Vec<f64>,
     /// What offsets and flow are relative to [m, world].
@@ -152,7 +160,7 @@ pub(crate) struct Standing {
 
 /// A wave's batches in jobs of a few.
 #[derive(Clone, Debug, Default)]
-struct JobBounds {
+struct Jobs {
     /// Batches in a job.
     batches: usize,
     /// Where each job's nodes begin, one more at the end; from the wave's first node.
@@ -177,7 +185,7 @@ pub struct Bed {
     perceived: Vec<u32>,
     materials: Vec<Material>,
     /// How each wave is cut into jobs.
-    node_bounds: [JobBounds; 3],
+    jobs: [Jobs; 3],
     nodes: usize,
     /// Some fibre can break off.
     breakable: bool,
@@ -205,7 +213,7 @@ impl Bed {
             footed: Vec::new(),
             perceived: Vec::new(),
             materials: harvest.materials,
-            node_bounds: Default::default(),
+            jobs: Default::default(),
             nodes: 0,
             breakable: false,
             evaluations: (0, 0),
@@ -220,7 +228,7 @@ impl Bed {
     }
 
     fn wave_nodes(&self, wave: usize) -> usize {
-        self.node_bounds[wave].nodes.last().copied().unwrap_or(0)
+        self.jobs[wave].nodes.last().copied().unwrap_or(0)
     }
 
     /// Nodes of all fibres.
@@ -288,7 +296,7 @@ impl Bed {
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
-        let Self { plants, footed, feet, fibres, followers, node_bounds, field, emitters, .. } = self;
+        let Self { plants, footed, feet, fibres, followers, jobs, field, emitters, .. } = self;
         // Summed by those who have the numbers at hand; whole numbers, so the order is nobody's business.
         let (evaluated, saved) = (AtomicU64::new(0), AtomicU64::new(0));
         let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]], ahead: &mut Ahead| {
@@ -302,7 +310,7 @@ impl Bed {
                 wide::step_into(around.level, chunk, packed, contacts, &constants, nodes, ahead);
             });
         };
-        each_batch(around.workers, feet, feet_nodes, &node_bounds[0], |batch, nodes, ahead| {
+        each_batch(around.workers, feet, feet_nodes, &jobs[0], |batch, nodes, ahead| {
             if moving {
                 advance(batch, nodes, ahead);
             } else {
@@ -313,7 +321,7 @@ impl Bed {
             ride(plants, footed, feet);
         }
         let plants = &*plants;
-        each_batch(around.workers, fibres, fibre_nodes, &node_bounds[1], |batch, nodes, ahead| {
+        each_batch(around.workers, fibres, fibre_nodes, &jobs[1], |batch, nodes, ahead| {
             if moving {
                 batch.carry(around.level, plants);
                 batch.touch(around.obstacles, settings.contact);
@@ -323,7 +331,7 @@ impl Bed {
             }
         });
         let fibres = &*fibres;
-        each_batch(around.workers, followers, follower_nodes, &node_bounds[2], |batch, nodes, _| {
+        each_batch(around.workers, followers, follower_nodes, &jobs[2], |batch, nodes, _| {
             if moving {
                 batch.carry(around.level, plants);
                 batch.follow(around.level, fibres);
@@ -407,17 +415,17 @@ impl Bed {
     }
 }
 
-/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then. Who takes which batches
-/// changes nothing.
+/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then. Who takes which
+/// batches changes nothing.
 fn each_batch(
     workers: Workers<'_>,
     batches: &mut [Batch],
     nodes: &mut [[f32; 4]],
-    bounds: &JobBounds,
+    jobs: &Jobs,
     work: impl Fn(&mut Batch, &mut [[f32; 4]], &mut Ahead) + Sync,
 ) {
-    let jobs = (Chunks::new(batches, bounds.batches), Parts::new(nodes, &bounds.nodes));
-    workers.for_each_part(jobs, |_, (batches, mut nodes)| {
+    let parts = (Chunks::new(batches, jobs.batches), Parts::new(nodes, &jobs.nodes));
+    workers.for_each_part(parts, |_, (batches, mut nodes)| {
         for at in 0..batches.len() {
             let (batch, after) = batches[at..].split_at_mut(1);
             let (batch, next) = (&mut batch[0], after.first());
@@ -458,14 +466,13 @@ fn ride(plants: &mut [Standing], footed: &[u32], feet: &[Batch]) {
 impl Batch {
     /// Whether all fibres ride on one foot.
     fn is_riding(&self) -> bool {
-        self.cell.is_none()
+        matches!(self.base, Base::Foot(_))
     }
 
     /// Puts the roots on the foot.
     fn carry(&mut self, level: Level, plants: &[Standing]) {
-        if let (true, Some(plant)) =
-            (self.is_riding(), self.plants.first().and_then(|p| plants.get(*p as usize)))
-        {
+        let Base::Foot(plant) = self.base else { return };
+        if let Some(plant) = plants.get(plant as usize) {
             wide::carry(level, &mut self.chunk, plant.top.0, &plant.top.1);
         }
     }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_flow::{Packed, Sphere};
 use reef_sdk::abi;
 
-use super::{Batch, Bed, JobBounds, Listed, Spot, Standing, Wave, ground::Cell, share};
+use super::{Base, Batch, Bed, Jobs, Listed, Spot, Standing, Wave, ground::Cell, share};
 use crate::{
     frame::Frame,
     plant::{self, Strand},
@@ -67,7 +67,7 @@ impl Bed {
             }
             starts
         });
-        self.node_bounds = starts.each_ref().map(|starts| JobBounds::of(starts));
+        self.jobs = starts.each_ref().map(|starts| Jobs::of(starts));
         self.nodes = (0..3).map(|wave| self.wave_nodes(wave)).sum();
         let waves = [0, self.wave_nodes(0), self.wave_nodes(0) + self.wave_nodes(1)];
         for fibre in &mut self.listed {
@@ -91,9 +91,9 @@ impl Bed {
     }
 }
 
-impl JobBounds {
-    /// Few enough batches in a job that workers end together, and as many as that allows: a job asks for the memory of each but its
-    /// first batch early. `starts`: where each batch's nodes begin, one more at the end.
+impl Jobs {
+    /// Few enough batches in a job that workers end together, and as many as that allows: a job asks for the memory of each
+    /// but its first batch early. `starts`: where each batch's nodes begin, one more at the end.
     fn of(starts: &[usize]) -> Self {
         let count = starts.len() - 1;
         let batches = (count / 16).clamp(1, 16);
@@ -133,16 +133,7 @@ struct Kin {
     weight: f64,
     /// Some rest direction leaves the line of the segment below: then the kernel turns every rest frame.
     curved: bool,
-    seat: Seat,
-}
-
-/// What the fibres of one batch sit on. It alone decides what they are relative to, so no fibre's bytes depend on the others.
-#[derive(Clone, Copy, PartialEq)]
-enum Seat {
-    /// All ride on this plant.
-    Plant(u32),
-    /// They stand by themselves, in one cell of the world's lattice.
-    Cell(Cell),
+    base: Base,
 }
 
 /// Collects fibres into batches.
@@ -173,13 +164,12 @@ impl Packer {
         riding: bool,
         blend: Option<Blend>,
     ) -> Spot {
-        let curved = strand.shape.rest.iter().any(|bend| bend.length_squared() > 0.0);
         let kin = Kin {
             segments: strand.shape.segments(),
             drag: if self.wave == Wave::Feet { Drag::Area { coefficient: 0.5 } } else { seedling.drag },
             weight: if self.wave == Wave::Feet { 0.0 } else { seedling.weight },
-            curved,
-            seat: if riding { Seat::Plant(plant) } else { Seat::Cell(Cell::of(seedling)) },
+            curved: strand.shape.is_curved(),
+            base: if riding { Base::Foot(plant) } else { Base::Cell(Cell::of(seedling)) },
         };
         let lane = Lane {
             shape: strand.shape.clone(),
@@ -213,10 +203,7 @@ impl Packer {
                 chunk,
                 plants: open.plants,
                 blends: open.blends,
-                cell: match open.kin.seat {
-                    Seat::Plant(_) => None,
-                    Seat::Cell(cell) => Some(cell),
-                },
+                base: open.kin.base,
                 lengths: open.lanes.iter().flat_map(|lane| lane.shape.lengths.iter().copied()).collect(),
                 anchor: DVec3::ZERO,
                 bounds: Sphere { center: [0.0; 3], radius: 0.0 },

@@ -18,6 +18,20 @@ pub(crate) const GROUPS: usize = 4;
 /// Fibres in a chunk at most.
 pub const MOST_FIBRES: usize = GROUPS * LANES;
 
+/// The fibre in a lane of a chunk of `count`: lanes without one repeat the first, so that they stay finite.
+fn fibre_in(count: usize, group: usize, at: usize) -> usize {
+    let slot = group * LANES + at;
+    if slot < count { slot } else { 0 }
+}
+
+/// All lanes of a chunk of `count` fibres: group, place in it, and the fibre there.
+pub(crate) fn lanes(count: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..count.next_multiple_of(LANES)).map(move |slot| {
+        let (group, at) = (slot / LANES, slot % LANES);
+        (group, at, fibre_in(count, group, at))
+    })
+}
+
 /// One segment of sixteen fibres: what never changes in a step. Like the others below, each vector a line of the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
@@ -58,12 +72,13 @@ pub(crate) struct Group {
     pub(crate) frame: [[Sixteen; 3]; 3],
     /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
     pub(crate) offset: [Sixteen; 3],
-    /// The middle between root and tip [m], relative to the plant's origin, half the fibre's length, and its greatest radius: the
-    /// ball that holds it.
+    /// The ball that holds a fibre: the middle between root and tip [m], relative to the plant's origin, half the fibre's
+    /// length, and its greatest radius.
     pub(crate) middle: [Sixteen; 3],
     pub(crate) half_length: Sixteen,
     pub(crate) thickest: Sixteen,
-    /// Γ over A |∇V| where that is the same everywhere (`pace.rs`): the greatest Σ_{j ≥ i} a_j D_j / (k_i L_i), with a the drag numbers.
+    /// Γ over A |∇V| where that is the same everywhere (`pace.rs`): the greatest Σ_{j ≥ i} a_j D_j / (k_i L_i), with a the
+    /// drag numbers.
     pub(crate) lever: Sixteen,
     /// 1 − exp(−dt/τ) of the step under way.
     pub(crate) gain: Sixteen,
@@ -173,7 +188,7 @@ impl Chunk {
             groups,
             segments,
             drag,
-            curved: lanes.iter().any(|lane| lane.shape.rest.iter().any(|bend| bend.length_squared() > 0.0)),
+            curved: lanes.iter().any(|lane| lane.shape.is_curved()),
             load: [0.0; 3],
             breakable: lanes.iter().any(|lane| lane.break_force.is_finite()),
             kinds: groups,
@@ -187,10 +202,8 @@ impl Chunk {
             stiffness: stiffness.to_vec(),
             gained: (f64::NAN, f64::NAN),
         };
-        // Lanes without a fibre repeat the first one, so that they stay finite.
-        for slot in 0..groups * LANES {
-            let lane = lanes.get(slot).unwrap_or(first);
-            chunk.put(slot, lane);
+        for (group, at, fibre) in self::lanes(lanes.len()) {
+            chunk.put(group, at, &lanes[fibre]);
         }
         let alike = |lane: &Lane| lane.shape == first.shape;
         if lanes.iter().all(alike) && stiffness.iter().all(|own| *own == stiffness[0]) {
@@ -229,8 +242,7 @@ impl Chunk {
         segment * self.kinds + group.min(self.kinds - 1)
     }
 
-    fn put(&mut self, slot: usize, lane: &Lane) {
-        let (group, at) = (slot / LANES, slot % LANES);
+    fn put(&mut self, group: usize, at: usize, lane: &Lane) {
         let shape = &lane.shape;
         let all = Arc::make_mut(&mut self.constants);
         for s in 0..self.segments {
@@ -291,9 +303,8 @@ impl Chunk {
     /// k_i = `factor` · K (r_i / r_tip)^(n + `exponent`), eq. (11), with each fibre's own K and n.
     pub fn set_stiffness(&mut self, factor: f64, exponent: f64) {
         let all = Arc::make_mut(&mut self.constants);
-        for slot in 0..self.kinds * LANES {
-            let (group, at) = (slot / LANES, slot % LANES);
-            let (k, n) = self.stiffness[if slot < self.count { slot } else { 0 }];
+        for (group, at, fibre) in lanes(self.count).take(self.kinds * LANES) {
+            let (k, n) = self.stiffness[fibre];
             let tip = f64::from(all[(self.segments - 1) * self.kinds + group].radius[at]);
             for s in 0..self.segments {
                 let constants = &mut all[s * self.kinds + group];
@@ -303,8 +314,7 @@ impl Chunk {
                 constants.spring[at] = spring.clamp(1e-30, 1e30) as f32;
             }
         }
-        for slot in 0..self.groups * LANES {
-            let (group, at) = (slot / LANES, slot % LANES);
+        for (group, at, _) in lanes(self.count) {
             self.roots[group].lever[at] = self.lever(group, at);
         }
     }
@@ -329,17 +339,16 @@ impl Chunk {
             return;
         }
         self.gained = (dt, damping);
-        for slot in 0..self.groups * LANES {
-            let tau = self.relaxations[if slot < self.count { slot } else { 0 }];
-            self.roots[slot / LANES].gain[slot % LANES] = crate::math::relaxation(dt, tau * damping) as f32;
+        for (group, at, fibre) in lanes(self.count) {
+            let tau = self.relaxations[fibre];
+            self.roots[group].gain[at] = crate::math::relaxation(dt, tau * damping) as f32;
         }
     }
 
     /// dt/τ of a fibre in the step under way.
     pub(crate) fn rate(&self, group: usize, at: usize) -> f64 {
-        let slot = group * LANES + at;
         let (dt, damping) = self.gained;
-        dt / (self.relaxations[if slot < self.count { slot } else { 0 }] * damping)
+        dt / (self.relaxations[fibre_in(self.count, group, at)] * damping)
     }
 
     /// Gives every node a force that is always there [N]: weight.
@@ -349,9 +358,7 @@ impl Chunk {
 
     /// As [`super::carry`], with a carrier for each fibre.
     pub fn carry_each(&mut self, carrier: impl Fn(usize) -> (DVec3, Frame)) {
-        for slot in 0..self.groups * LANES {
-            let (group, at) = (slot / LANES, slot % LANES);
-            let fibre = if slot < self.count { slot } else { 0 };
+        for (group, at, fibre) in lanes(self.count) {
             let place = &self.places[fibre];
             let (origin, carrier) = carrier(fibre);
             let root = origin + carrier.to_world(place.offset);
@@ -368,13 +375,9 @@ impl Chunk {
 
     /// Moves a fibre's anchor: from the chunk's anchor to its plant's origin [m].
     pub fn set_offset(&mut self, fibre: usize, offset: Vec3) {
-        let last = self.count - 1;
-        for slot in 0..self.groups * LANES {
-            // Lanes without a fibre repeat the first one.
-            if slot == fibre || (fibre == 0 && slot > last) {
-                for (axis, value) in self.roots[slot / LANES].offset.iter_mut().zip(offset.to_array()) {
-                    axis[slot % LANES] = value;
-                }
+        for (group, at, _) in lanes(self.count).filter(|(.., own)| *own == fibre) {
+            for (axis, value) in self.roots[group].offset.iter_mut().zip(offset.to_array()) {
+                axis[at] = value;
             }
         }
     }

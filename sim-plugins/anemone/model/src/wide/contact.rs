@@ -37,8 +37,8 @@ pub struct Contacts {
     pub capsules: Vec<Capsule>,
     /// The ground, one entry a group of sixteen fibres; empty: none.
     pub ground: Vec<Ground>,
-    /// [`Contacts::ROOTED`] for each node that stands in the ground at rest, so that the ground does not push it, else 0: segment by
-    /// segment, all groups of a segment side by side. Empty: none does.
+    /// [`Contacts::ROOTED`] for each node that stands in the ground at rest, so that the ground does not push it, else 0:
+    /// segment by segment, all groups of a segment side by side. Empty: none does.
     pub rooted: Vec<Sixteen>,
 }
 
@@ -73,8 +73,8 @@ pub(crate) fn may_touch<S: Simd>(
     near
 }
 
-/// Sum over all contacts of (overlap) · (outward normal) [m] of sixteen nodes of radius `radius`, at the ends of the segments at
-/// `segment`, `group`.
+/// Sum over all contacts of (overlap) · (outward normal) [m] of sixteen nodes of radius `radius`, at the ends of the
+/// segments at `segment`, `group`.
 #[inline(always)]
 pub(crate) fn overlap<S: Simd>(
     simd: S,

@@ -11,7 +11,7 @@ use reef_flow::{
 };
 
 use super::{
-    Sixteen,
+    LANES, Sixteen,
     chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
     emit,
@@ -65,7 +65,7 @@ impl Default for StepConstants {
 
 /// Greatest speed [m/s] and force [N] along an axis that the kernel goes on with: far beyond any sea, and their squares
 /// summed over a chain stay finite.
-const GREATEST_SPEED: f32 = 1e9;
+pub(crate) const GREATEST_SPEED: f32 = 1e9;
 const GREATEST_FORCE: f32 = 1e15;
 
 /// A vector of each of sixteen fibres.
@@ -133,7 +133,11 @@ pub(crate) fn step<S: Simd>(
     ahead.spread(2 * chunk.segments);
     let law = Law::of(chunk, constants);
     let mut around = Around { packed, contacts, law, constants, touching: !contacts.is_empty() };
-    let mut plan = Plan::new(chunk);
+    let mut gains = [[0.0; LANES]; GROUPS];
+    for (gain, root) in gains.iter_mut().zip(&chunk.roots) {
+        *gain = root.gain;
+    }
+    let mut plan = None;
     let mut outlook = pace::Outlook::clear();
     if !constants.rigid {
         outlook = pace::outlook(simd, chunk, &around);
@@ -144,19 +148,16 @@ pub(crate) fn step<S: Simd>(
     loop {
         if outlook.steep {
             let allowed = pace::shares(simd, chunk, which.clone(), &around);
-            if part == 0 {
-                plan.divide(chunk, &outlook.doubtful, &allowed);
-            }
-            plan.go(which.clone(), part, &allowed);
+            let plan = plan.get_or_insert_with(|| Plan::new(chunk, &outlook.doubtful, &allowed));
+            plan.go(which.clone(), part, &allowed, &mut gains);
         }
-        let at_once = plan.most() == 1;
-        let writes = at_once && !constants.rigid;
+        let writes = !constants.rigid && plan.as_ref().is_none_or(Plan::is_at_once);
         loads(simd, chunk, which.clone(), &around, if writes { into } else { &[] }, ahead);
         if !constants.rigid {
             let into = if writes { &mut *into } else { &mut [] };
-            pose::bend(simd, chunk, which.clone(), &plan.gains, into, ahead);
+            pose::bend(simd, chunk, which.clone(), &gains, into, ahead);
         }
-        match plan.next(part, which.end) {
+        match plan.as_ref().and_then(|plan| plan.next(part, which.end)) {
             Some((next, group)) => (part, which) = (next, group..group + 1),
             None if !writes && !into.is_empty() => return emit::emit(simd, chunk, into),
             None => return,
@@ -282,8 +283,8 @@ fn flow_force<S: Simd>(
     current: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let offset = load3(simd, &root.offset);
-    let v = velocity16(simd, packed, node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]);
+    let [x, y, z] = root.at_anchor(simd, node);
+    let v = velocity16(simd, packed, x, y, z);
     let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
     let current = splat(simd, current);
     let v = [
@@ -335,11 +336,33 @@ fn contact_force<S: Simd>(
     contact: f32,
     force: Vector<S>,
 ) -> Vector<S> {
-    let offset = load3(simd, &root.offset);
-    let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
-    let push = overlap(simd, contacts, at, place, load(simd, &segment.radius));
-    let stiffness = splat(simd, contact) * load(simd, &segment.spring) / load(simd, &segment.length);
+    let (push, stiffness) = touch(simd, node, segment, root, contacts, at, contact);
     add_scaled(force, push, stiffness)
+}
+
+/// How far contacts push sixteen nodes [m], and with what force a metre [N/m].
+#[inline(always)]
+pub(crate) fn touch<S: Simd>(
+    simd: S,
+    node: Vector<S>,
+    segment: &Segment,
+    root: &Group,
+    contacts: &Contacts,
+    at: (usize, usize),
+    contact: f32,
+) -> (Vector<S>, f32x16<S>) {
+    let push = overlap(simd, contacts, at, root.at_anchor(simd, node), load(simd, &segment.radius));
+    let stiffness = splat(simd, contact) * load(simd, &segment.spring) / load(simd, &segment.length);
+    (push, stiffness)
+}
+
+impl Group {
+    /// A place relative to the plants' origins, relative to the chunk's anchor: where flow and contacts are.
+    #[inline(always)]
+    pub(crate) fn at_anchor<S: Simd>(&self, simd: S, [x, y, z]: Vector<S>) -> Vector<S> {
+        let offset = load3(simd, &self.offset);
+        [x + offset[0], y + offset[1], z + offset[2]]
+    }
 }
 
 /// F_L(N_i) + F_M(N_{i−1}), eq. (12): what sixteen nodes hand to the ones below. With M = L d × F_T and b the direction of

@@ -12,6 +12,7 @@ mod kernel;
 mod pace;
 mod pose;
 
+pub(crate) use chunk::lanes;
 pub use chunk::{Blend, Chunk, Drag, Lane, MOST_FIBRES, Place};
 pub use contact::{Capsule, Contacts, Ground};
 pub use kernel::{Force, StepConstants};
@@ -39,8 +40,8 @@ pub fn step(
     step_into(level, chunk, packed, contacts, constants, &mut [], &mut Ahead::none());
 }
 
-/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`: what will
-/// be needed next.
+/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`:
+/// what will be needed next.
 pub fn step_into(
     level: Level,
     chunk: &mut Chunk,

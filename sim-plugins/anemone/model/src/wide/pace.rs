@@ -1,5 +1,5 @@
-//! How far a step may go. A joint goes the share 1 − exp(−dt/τ) of its way; where the load changes fast as the fibre moves, that is
-//! too far, and the fibre would swing or circle about its steady pose for ever. Such fibres take the step in parts.
+//! How far a step may go. A joint goes the share 1 − exp(−dt/τ) of its way; where the load changes fast as the fibre moves,
+//! that is too far, and the fibre would swing or circle about its steady pose for ever. Such fibres take the step in parts.
 //!
 //! What decides is Γ, the spectral radius of B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} A_j |∇V(N_j)| |N_j − N_{l−1}|: how much the
 //! target of joint i moves when joint l turns. A fibre settles for shares up to 2/(1 + Γ)². Γ is bounded by the greatest
@@ -20,12 +20,12 @@ use reef_flow::{
 use super::{
     LANES, Sixteen,
     chunk::{Chunk, GROUPS, Group, Segment},
-    contact::{Contacts, may_touch, overlap},
-    kernel::{Around, Law, Vector, dot, load, load3, quadratic, store, sub_scaled},
+    contact::may_touch,
+    kernel::{Around, GREATEST_SPEED, Law, Vector, dot, load, load3, quadratic, store, sub_scaled, touch},
 };
 
 /// Parts of a step at most. What would need more goes a smaller share of its way, and takes longer to follow.
-pub(crate) const MOST_PARTS: u32 = 16;
+const MOST_PARTS: f64 = 16.0;
 /// The least share of the way that a part goes: a fibre in the middle of a jump of the flow still moves.
 const LEAST_SHARE: f32 = 1e-3;
 /// What rounding may lack of a bound.
@@ -49,8 +49,8 @@ impl Outlook {
     }
 }
 
-/// Looks whether a step may be taken at once. Each fibre lies in the ball around the middle between root and tip whose radius is half
-/// the fibre's length.
+/// Looks whether a step may be taken at once. Each fibre lies in the ball around the middle between root and tip whose
+/// radius is half the fibre's length.
 #[inline(always)]
 pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> Outlook {
     let Around { packed, contacts, law, constants, .. } = *around;
@@ -61,8 +61,7 @@ pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> O
     }
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     for (g, root) in chunk.roots.iter().enumerate().take(GROUPS) {
-        let (middle, offset) = (load3(simd, &root.middle), load3(simd, &root.offset));
-        let middle = [middle[0] + offset[0], middle[1] + offset[1], middle[2] + offset[2]];
+        let middle = root.at_anchor(simd, load3(simd, &root.middle));
         let reach = load(simd, &root.half_length) * splat(simd, MARGIN);
         let mut doubtful = zero;
         if varied {
@@ -88,8 +87,8 @@ pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> O
     outlook
 }
 
-/// The greatest share of its way that each fibre of some groups may go from its present pose: 2 / ((1 + Γ)² + 2 S). With twice S a
-/// contact is met in one go.
+/// The greatest share of its way that each fibre of some groups may go from its present pose: 2 / ((1 + Γ)² + 2 S). With
+/// twice S a contact is met in one go.
 #[inline(always)]
 pub(crate) fn shares<S: Simd>(
     simd: S,
@@ -109,7 +108,8 @@ pub(crate) fn shares<S: Simd>(
             levers = mul_add(length, splat(simd, (s + 1) as f32), levers);
             arc += length;
         }
-        // Sums over the nodes above: of A |∇V| D; of the contacts' stiffnesses, and of these times the length up to them.
+        // Sums over the nodes above: of A |∇V| D; of the contacts' stiffnesses, and of these times the length up to
+        // them.
         let (mut row, mut stiff, mut stiff_arc) = (zero, zero, zero);
         let (mut gamma, mut trace) = (zero, zero);
         let mut node = load3(simd, &root.tip);
@@ -120,10 +120,8 @@ pub(crate) fn shares<S: Simd>(
             row = mul_add(slope, levers, row);
             gamma = gamma.max(row / spring);
             if touching {
-                let push = push_of(simd, node, segment, root, contacts, (s, g));
-                let touched = dot(push, push).simd_gt(zero);
-                let stiffness = splat(simd, constants.contact) * spring / length;
-                let stiffness = touched.select(stiffness, zero);
+                let (push, stiffness) = touch(simd, node, segment, root, contacts, (s, g), constants.contact);
+                let stiffness = dot(push, push).simd_gt(zero).select(stiffness, zero);
                 stiff += stiffness;
                 stiff_arc = mul_add(stiffness, arc, stiff_arc);
                 arc -= length;
@@ -154,32 +152,18 @@ fn force_slope<S: Simd>(
     if packed.is_uniform() {
         return splat(simd, 0.0);
     }
-    let offset = load3(simd, &root.offset);
-    let at = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
-    let slope = steepness(simd, packed, at, splat(simd, 0.0)) * splat(simd, current);
-    let drag = load(simd, &segment.drag);
+    let at = root.at_anchor(simd, node);
+    let current = splat(simd, current);
+    let slope = steepness(simd, packed, at, splat(simd, 0.0)) * current;
     match law {
-        Law::Linear(factor) => slope * (drag * splat(simd, factor)),
+        Law::Linear(factor) => slope * (load(simd, &segment.drag) * splat(simd, factor)),
         Law::Quadratic { density, reynolds } => {
             let v = velocity16(simd, packed, at[0], at[1], at[2]);
-            let speed = dot(v, v).sqrt().min(splat(simd, 1e9)) * splat(simd, current);
-            slope * quadratic(simd, segment, speed + speed, density, reynolds)
+            let speed = dot(v, v).sqrt().min(splat(simd, GREATEST_SPEED)) * current;
+            // The derivative of |V|² is twice |V|.
+            slope * quadratic(simd, segment, speed, density, reynolds) * splat(simd, 2.0)
         }
     }
-}
-
-#[inline(always)]
-fn push_of<S: Simd>(
-    simd: S,
-    node: Vector<S>,
-    segment: &Segment,
-    root: &Group,
-    contacts: &Contacts,
-    at: (usize, usize),
-) -> Vector<S> {
-    let offset = load3(simd, &root.offset);
-    let place = [node[0] + offset[0], node[1] + offset[1], node[2] + offset[2]];
-    overlap(simd, contacts, at, place, load(simd, &segment.radius))
 }
 
 /// In how many parts each fibre of a chunk takes a step, and the share of its way that it goes in each.
@@ -189,57 +173,44 @@ pub(crate) struct Plan {
     share: [Sixteen; GROUPS],
     /// The greatest count of each group.
     most: [u32; GROUPS],
-    /// The shares of the part under way.
-    pub(crate) gains: [Sixteen; GROUPS],
 }
 
 impl Plan {
-    /// Everything at once.
-    pub(crate) fn new(chunk: &Chunk) -> Self {
-        let mut plan = Self {
-            count: [[1; LANES]; GROUPS],
-            share: [[0.0; LANES]; GROUPS],
-            most: [1; GROUPS],
-            gains: [[0.0; LANES]; GROUPS],
-        };
-        for (gain, root) in plan.gains.iter_mut().zip(&chunk.roots) {
-            *gain = root.gain;
-        }
-        plan
-    }
-
-    /// The greatest count of all.
-    pub(crate) fn most(&self) -> u32 {
-        self.most.into_iter().fold(1, u32::max)
-    }
-
     /// Divides the step as `allowed` asks for, where it is doubtful that it may be taken at once.
-    pub(crate) fn divide(
-        &mut self,
-        chunk: &Chunk,
-        doubtful: &[Sixteen; GROUPS],
-        allowed: &[Sixteen; GROUPS],
-    ) {
+    pub(crate) fn new(chunk: &Chunk, doubtful: &[Sixteen; GROUPS], allowed: &[Sixteen; GROUPS]) -> Self {
+        let mut plan = Self { count: [[1; LANES]; GROUPS], share: [[0.0; LANES]; GROUPS], most: [1; GROUPS] };
         for (g, root) in chunk.roots.iter().enumerate().take(GROUPS) {
-            self.share[g] = root.gain;
+            plan.share[g] = root.gain;
             for at in 0..LANES {
                 if doubtful[g][at] == 0.0 || root.gain[at] <= allowed[g][at] {
                     continue;
                 }
                 let rate = chunk.rate(g, at);
-                let count = (rate / f64::from(allowed[g][at])).ceil().clamp(1.0, f64::from(MOST_PARTS));
+                let count = (rate / f64::from(allowed[g][at])).ceil().clamp(1.0, MOST_PARTS);
                 // 1 − exp(−(dt/n)/τ); all of it where τ is zero.
-                self.share[g][at] = crate::math::relaxation(rate / count, 1.0) as f32;
-                self.count[g][at] = count as u32;
-                self.most[g] = self.most[g].max(self.count[g][at]);
+                plan.share[g][at] = crate::math::relaxation(rate / count, 1.0) as f32;
+                plan.count[g][at] = count as u32;
+                plan.most[g] = plan.most[g].max(plan.count[g][at]);
             }
         }
+        plan
     }
 
-    /// Sets [`Self::gains`] of some groups for part `part`, 0 the first: nothing for fibres whose step is over.
-    pub(crate) fn go(&mut self, groups: Range<usize>, part: u32, allowed: &[Sixteen; GROUPS]) {
+    /// Whether all fibres take it in one part.
+    pub(crate) fn is_at_once(&self) -> bool {
+        self.most == [1; GROUPS]
+    }
+
+    /// Sets the shares of some groups for part `part`, 0 the first: nothing for fibres whose step is over.
+    pub(crate) fn go(
+        &self,
+        groups: Range<usize>,
+        part: u32,
+        allowed: &[Sixteen; GROUPS],
+        gains: &mut [Sixteen; GROUPS],
+    ) {
         for g in groups {
-            self.gains[g] = core::array::from_fn(|at| match self.count[g][at] {
+            gains[g] = core::array::from_fn(|at| match self.count[g][at] {
                 1 if part == 0 => self.share[g][at],
                 count if part < count => self.share[g][at].min(allowed[g][at]),
                 _ => 0.0,
@@ -247,7 +218,8 @@ impl Plan {
         }
     }
 
-    /// What comes after part `part` of the group before `end`: a part and its group, each group's parts one after the other.
+    /// What comes after part `part` of the group before `end`: a part and its group, each group's parts one after the
+    /// other.
     pub(crate) fn next(&self, part: u32, end: usize) -> Option<(u32, usize)> {
         // The first part is everybody's.
         if part > 0 && part + 1 < self.most[end - 1] {

@@ -148,8 +148,8 @@ impl<S: Simd> Turn<S> {
     }
 }
 
-/// Bends every joint of some groups by their `gains` toward the angle at which its spring holds the force that `loads` left, and places the nodes. Writes them to
-/// `into`, unless that is empty.
+/// Bends every joint of some groups by their `gains` toward the angle at which its spring holds the force that `loads`
+/// left, and places the nodes. Writes them to `into`, unless that is empty.
 ///
 /// Segment by segment, each in short loops over the groups: what one group computes is a long chain of roots and quotients, and
 /// only side by side do the groups fill the time that each link takes.

@@ -105,7 +105,7 @@ fn bed_origin(bed: &Bed, object: u32) -> DVec3 {
 }
 
 #[test]
-fn a_fibre_that_broke_off_has_no_more_rows_and_the_others_keep_their_numbers() {
+fn a_broken_fibre_has_no_more_rows_and_the_others_keep_their_numbers() {
     let weak = FibreGrid { break_force: Some(0.005), ..FibreGrid::default() };
     let strong = FibreGrid { position: [1.0, 0.0, 0.0], count: [2, 1], ..FibreGrid::default() };
     let config = Config { fibres: vec![weak, strong], ..Config::default() };

@@ -1,6 +1,6 @@
 //! One fibre of a chunk on its own: where it sits, and for plants in one chunk that feel different water.
 
-use super::{Chunk, Group, LANES, Place, Pose, Sixteen};
+use super::{Chunk, Group, Place, Pose, Sixteen, lanes};
 
 impl Chunk {
     /// Where a fibre sits on what carries it.
@@ -19,12 +19,7 @@ impl Chunk {
 
     /// Takes over one fibre as another chunk of the same fibres has it.
     pub fn take_fibre(&mut self, fibre: usize, other: &Self) {
-        for slot in 0..self.groups * LANES {
-            // Lanes without a fibre repeat the first one.
-            if slot != fibre && (fibre != 0 || slot < self.count) {
-                continue;
-            }
-            let (group, at) = (slot / LANES, slot % LANES);
+        for (group, at, _) in lanes(self.count).filter(|(.., own)| *own == fibre) {
             for segment in 0..self.segments {
                 let pose = self.pose_of(segment, group);
                 self.poses[pose].take_lane(at, &other.poses[pose]);
