@@ -57,11 +57,21 @@ impl Chunks<'_> {
         }
     }
 
+    /// Where it is said whether a slot of the box jumped: chunk, word and bit.
+    fn jump_bit(&self, slot: usize) -> (usize, usize, u64) {
+        (slot / self.slots, slot % self.slots / 64, 1 << (slot % 64))
+    }
+
+    /// Whether one jumped: each that is listed as leaving did.
+    fn jumped(&self, slot: usize) -> bool {
+        let (chunk, word, bit) = self.jump_bit(slot);
+        self.jumped[chunk][word] & bit != 0
+    }
+
     /// Says that another one jumped.
     fn jumps_instead(&mut self, slot: usize, instead: usize) {
-        let bit = |slot: usize| (slot / self.slots, slot % self.slots / 64, 1_u64 << (slot % 64));
-        let [(chunk, word, bit_of), other] = [bit(slot), bit(instead)];
-        self.jumped[chunk][word] &= !bit_of;
+        let [(chunk, word, bit), other] = [slot, instead].map(|slot| self.jump_bit(slot));
+        self.jumped[chunk][word] &= !bit;
         self.jumped[other.0][other.1] |= other.2;
     }
 
@@ -177,7 +187,7 @@ impl Leavers {
             if *axes == 0
                 && chunks.is_master(slot)
                 && let Some(slave) = chunks.nearest_slave(slot, chunks.place(slot), water)
-                && self.slots.iter().all(|(other, _)| *other as usize != slave)
+                && !chunks.jumped(slave)
             {
                 chunks.jumps_instead(slot, slave);
                 gone = slave;

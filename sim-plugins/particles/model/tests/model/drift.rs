@@ -188,7 +188,7 @@ fn a_source_and_a_hole_leave_no_crowd_at_the_walls_and_the_number_as_it_was() {
 }
 
 #[test]
-fn a_slow_source_and_hole_in_a_slow_current_leave_all_walls_as_dense_as_the_rest() {
+fn a_source_and_a_hole_in_a_slow_current_leave_all_walls_even() {
     // 4π Φ of 72 m³ comes new in a second: in 300 s, all of it.
     let flow = [
         current(DVec3::new(0.08, 0.0, 0.016)),

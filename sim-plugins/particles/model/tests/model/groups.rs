@@ -15,7 +15,7 @@ fn distances(cloud: &Cloud, number: usize, members: usize) -> (Vec<f64>, [f64; 2
 }
 
 #[test]
-fn every_slave_is_placed_within_its_range_in_boxes_of_every_kind_and_shape() {
+fn every_slave_is_placed_within_its_range_in_boxes_of_any_shape() {
     let shapes = [
         "low = [-3.0, -4.0, -3.0]\nhigh = [3.0, -2.0, 3.0]\n",
         "low = [-16.0, -4.9, -26.0]\nhigh = [16.0, -0.2, 6.0]\ncount = 12007\n",

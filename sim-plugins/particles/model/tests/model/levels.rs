@@ -70,7 +70,7 @@ fn trains_a_particle(distance: f64, levels: Levels) -> f64 {
 }
 
 #[test]
-fn fewer_trains_are_evaluated_from_farther_away_and_by_the_papers_rule_fewest() {
+fn fewer_trains_count_from_farther_away_fewest_by_the_papers_rule() {
     let of =
         |selection, distance| trains_a_particle(distance, Levels { trains: true, selection, ..no_levels() });
     for distance in [0.0, 3.0, 6.0, 9.0, 12.0] {
