@@ -47,7 +47,7 @@ void main() {
     // seen at grazing angles.
     float out_of = min(abs(edge) / (half_px + EDGE), 1.0);
     float cosine = clamp(dot(s.normal, normalize(-p)), 0.0, 1.0);
-    bool round = edge != 0.0 && (look.x >> 24 & 4u) == 0u;
+    bool round = edge != 0.0 && (look.x >> 24 & FLAG_BLADE) == 0u;
     s.grazing = 1.0 - (round ? sqrt(1.0 - out_of * out_of) : cosine);
     s.skin = vec4(0.0);
 #ifdef TEXTURED

@@ -58,11 +58,10 @@ float quick_sine(float a) {
 /// Factor on direct sunlight, as in caustics.glsl; `c` as from caustics_at, `x` as from entry_at.
 float quick_caustics(vec2 x, vec3 c) {
     vec3 h = vec3(0.0);
-    float reach = caustic_reach(c.x);
     for (int i = WAVES / 2; i < WAVES; i++) {
         vec4 w = view.wave[i];
         vec4 f = view.focus[i];
-        float bend = clamp(2.0 - c.x * w.z, 0.0, 1.0) * reach;
+        float bend = caustic_bend(i, c.x);
         float a = dot(w.xy, x) + w.w;
         float cosine = rough_cosine(a);
         h -= f.xyz * (bend * quick_sine(a - bend * w.z * cosine));

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // A debug line as a quad that is a given number of pixels wide, with a soft edge of half a pixel.
 
+#include "tone.glsl"
 #include "view.glsl"
 
 struct Line {
@@ -44,6 +45,6 @@ void main() {
     c.z *= 1.002;
     gl_Position = c;
     vec4 srgb = unpackUnorm4x8(line.color);
-    out_color = vec4(mix(srgb.rgb / 12.92, pow((srgb.rgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb.rgb)), srgb.a);
+    out_color = vec4(srgb_decode(srgb.rgb), srgb.a);
     out_edge = side * half_width;
 }

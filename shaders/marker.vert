@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // What stands for something that has no body: a ball, or an arrow along a vector. Both are surfaces of revolution.
 
+#include "tone.glsl"
 #include "view.glsl"
 
 struct Marker {
@@ -59,6 +60,5 @@ void main() {
     gl_Position = view.clip_from_eye * vec4(p, 1.0);
     out_at = p;
     out_normal = outward * normal.x + axis * normal.y;
-    vec3 srgb = unpackUnorm4x8(m.color).rgb;
-    out_color = mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb));
+    out_color = srgb_decode(unpackUnorm4x8(m.color).rgb);
 }

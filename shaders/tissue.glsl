@@ -73,7 +73,7 @@ float pattern_share(Material m, float along, vec2 circle, float radius_m, float 
 
 /// Light that leaves the point `p` in eye space toward the eye. `flags`: REEF_FIBRE_*.
 vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
-    bool foot = (flags & 2u) != 0u;
+    bool foot = (flags & FLAG_CAP) != 0u;
     vec3 to_eye = normalize(-p);
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);

@@ -27,7 +27,7 @@ void main() {
     if (CURVE != 2u) shown = srgb_encode(shown) + (dither(gl_FragCoord.xy) - 0.5) / 255.0;
     if (ENCODE == 0u) {
         shown = clamp(shown, 0.0, 1.0);
-        shown = mix(shown / 12.92, pow((shown + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), shown));
+        shown = srgb_decode(shown);
     }
     color = vec4(shown, 1.0);
 }
