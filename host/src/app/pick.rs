@@ -3,7 +3,11 @@
 
 use glam::DVec3;
 
-use crate::world::{environment::Terrain, foreign_id, frame::Frame};
+use crate::world::{
+    environment::Terrain,
+    foreign_id,
+    frame::{Frame, bounding_sphere},
+};
 
 /// Reach of a pick [m]: nothing can be made out farther away.
 const REACH: f64 = 60.0;
@@ -36,9 +40,8 @@ pub struct Hit {
 pub fn spheres(frame: &Frame) -> impl Iterator<Item = (u64, DVec3, f64)> + '_ {
     frame.outputs.iter().enumerate().flat_map(|(module, outputs)| {
         outputs.objects.iter().map(move |object| {
-            let local = glam::Vec3::from_array(object.bounds_center).as_dvec3();
-            let id = foreign_id(module, object.id);
-            (id, DVec3::from_array(object.origin) + local, f64::from(object.bounds_radius))
+            let (centre, radius) = bounding_sphere(object);
+            (foreign_id(module, object.id), centre, radius)
         })
     })
 }

@@ -233,7 +233,7 @@ impl Sea {
         model.timing.dt_ms = (world.clock().dt * 1000.0) as f32;
         model.clock.speed = self.timeline.speed();
         model.view.debug = world.debug();
-        model.view.markers = Markers::of(&world.scene().file.scene);
+        model.view.ask(Markers::of(&world.scene().file.scene));
         model.view.debug_present = 0;
         model.plugins = world
             .modules()

@@ -239,6 +239,7 @@ impl Shell {
         match self.sea.open(path) {
             Ok(()) => {
                 self.camera.restart();
+                self.model.view.asked = None;
                 self.sea.describe(&mut self.model);
                 let title = self.title();
                 if let Some(open) = &mut self.open {

@@ -18,7 +18,11 @@ use super::{
 };
 use crate::{
     gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload},
-    world::{frame::Frame, scene::format::SceneTable},
+    world::{
+        foreign_id,
+        frame::{Frame, bounding_sphere},
+        scene::format::SceneTable,
+    },
 };
 
 /// SIDES · RINGS · 6 of `shaders/marker.vert`.
@@ -83,9 +87,11 @@ pub struct Marked {
 /// What is marked between two steps. `alpha`: 0 shows the step before, 1 this one.
 pub fn mark(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, wanted: Markers) -> Marked {
     let mut marked = Marked::default();
+    if wanted == Markers::default() {
+        return marked;
+    }
     // Those of the step before are partners where they are as many of the same kinds.
-    let kinds = |frame: &Frame| frame.flow.iter().map(|flow| flow.kind).collect::<Vec<_>>();
-    let same = kinds(previous) == kinds(current);
+    let same = previous.flow.iter().map(|flow| flow.kind).eq(current.flow.iter().map(|flow| flow.kind));
     for (at, flow) in current.flow.iter().enumerate().filter(|(_, flow)| is_local(flow)) {
         let now = DVec3::from(flow.position);
         let before = if same { DVec3::from(previous.flow[at].position) } else { now };
@@ -140,23 +146,24 @@ impl Marked {
         }
     }
 
-    /// Bounding spheres: those that a singularity reaches in another colour, because there its field is evaluated.
+    /// Bounding spheres: those that a singularity reaches in another colour, because there its field is evaluated. An object
+    /// does not feel what it emits itself.
     fn bounds(&mut self, frame: &Frame, lens: &Lens) {
-        for outputs in &frame.outputs {
+        for (module, outputs) in frame.outputs.iter().enumerate() {
             let mut has_fibres = vec![false; outputs.objects.len()];
             for fibre in &outputs.fibres {
                 has_fibres[fibre.object as usize] = true;
             }
             for (object, _) in outputs.objects.iter().zip(has_fibres).filter(|(_, has_fibres)| *has_fibres) {
-                let center = DVec3::from(object.origin) + Vec3::from(object.bounds_center).as_dvec3();
-                let radius = object.bounds_radius;
+                let (center, radius) = bounding_sphere(object);
+                let id = foreign_id(module, object.id);
                 let reached = frame.flow.iter().any(|flow| {
-                    let near = f64::from(flow.reach + radius);
+                    let near = f64::from(flow.reach) + radius;
                     let reaches = flow.reach == 0.0 || center.distance(DVec3::from(flow.position)) < near;
-                    is_local(flow) && flow.strength != 0.0 && reaches
+                    is_local(flow) && flow.strength != 0.0 && reaches && (flow.owner == 0 || flow.owner != id)
                 });
                 let color = if reached { AWAKE } else { ASLEEP };
-                self.sphere((center - lens.eye).as_vec3(), radius, color, false);
+                self.sphere((center - lens.eye).as_vec3(), radius as f32, color, false);
             }
         }
     }
@@ -213,6 +220,11 @@ pub struct Bodies {
 }
 
 impl Bodies {
+    /// Compiles the pipeline now.
+    pub fn prepare(&self, quality: Quality) -> Result<()> {
+        self.pipeline.prepare(quality)
+    }
+
     /// Describes the pipeline.
     pub fn new(gpu: &Gpu) -> Self {
         let desc = GraphicsDesc {
@@ -339,6 +351,19 @@ mod tests {
         let count = |color: u32| marked.lines.iter().filter(|line| line.color == color).count();
         assert_eq!((count(AWAKE), count(ASLEEP)), (SIDES, SIDES), "the third has no fibres");
         assert!(marked.bodies.is_empty());
+    }
+
+    #[test]
+    fn what_an_object_emits_itself_does_not_light_up_its_sphere() {
+        let object = abi::Object { id: 1, bounds_radius: 0.2, ..abi::Object::default() };
+        let outputs =
+            Outputs { objects: vec![object], fibres: vec![abi::Fibre::default()], ..Outputs::default() };
+        let only = Markers { singularities: false, bounds: true };
+        for (owner, color) in [(foreign_id(0, 1), ASLEEP), (foreign_id(1, 1), AWAKE)] {
+            let frame = frame(vec![abi::Flow { owner, ..flow(abi::FLOW_SOURCE, 1.0) }], outputs.clone());
+            let marked = mark(&frame, &frame, 1.0, &lens(), only);
+            assert_eq!(marked.lines[0].color, color, "{owner}");
+        }
     }
 
     #[test]

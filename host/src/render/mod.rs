@@ -188,6 +188,7 @@ impl Renderer {
             self.shafts.prepare()?;
         }
         self.billboards.prepare(quality)?;
+        self.bodies.prepare(quality)?;
         self.lines.prepare(quality)
     }
 

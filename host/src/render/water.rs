@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn caustics_are_a_net_without_a_grain_and_lie_nowhere_as_they_lie_elsewhere() {
+    fn caustics_are_a_net_without_a_grain_that_repeats_nowhere() {
         const SIDE: usize = 300;
         for environment in [sample::environment(), breezy()] {
             let caustics = Caustics::new(&environment);

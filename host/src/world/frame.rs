@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Quat};
+use glam::{DVec3, Quat, Vec3};
 
 use crate::plugin::streams::Outputs;
 
@@ -15,6 +15,12 @@ pub struct CameraPose {
     pub rotation: Quat,
     /// Vertical field of view [rad].
     pub fov_y: f32,
+}
+
+/// Middle [m] and radius [m] of an object's bounding sphere.
+pub fn bounding_sphere(object: &reef_abi::Object) -> (DVec3, f64) {
+    let local = Vec3::from(object.bounds_center).as_dvec3();
+    (DVec3::from(object.origin) + local, f64::from(object.bounds_radius))
 }
 
 /// The sea after one step.

@@ -157,8 +157,19 @@ impl Member {
     pub(super) fn go_on(&mut self, params: &[(u32, f64)]) {
         self.params = params.to_vec();
         self.known = true;
+        self.heard_anew();
+    }
+
+    /// Whatever it does from now on is told as if for the first time.
+    fn heard_anew(&mut self) {
         self.standing = false;
         self.discards = 0;
+    }
+
+    /// Begins with another state.
+    pub(super) fn begin_anew(&mut self) {
+        self.heard_anew();
+        self.unsavable = false;
     }
 
     /// What the scene sets from the start.
@@ -469,9 +480,7 @@ impl World {
         self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, 0);
         self.exchange.clear();
         for at in 0..self.members.len() {
-            self.members[at].standing = false;
-            self.members[at].discards = 0;
-            self.members[at].unsavable = false;
+            self.members[at].begin_anew();
             if let Err(error) = self.members[at].instance.reset() {
                 let name = self.members[at].name.clone();
                 self.tell(&name, error.to_string());

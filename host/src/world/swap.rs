@@ -408,9 +408,7 @@ impl World {
         for candidate in candidates {
             let member = &mut self.members[candidate.module];
             former.push(std::mem::replace(&mut member.instance, candidate.instance));
-            member.standing = false;
-            member.discards = 0;
-            member.unsavable = false;
+            member.begin_anew();
             member.missed = candidate.missed;
             if let Some(recent) = &mut self.recent
                 && recent.frozen[candidate.module].is_none()

@@ -194,6 +194,17 @@ pub struct ViewOptions {
     pub debug_shown: u32,
     /// What is drawn of what has no body.
     pub markers: Markers,
+    /// What the scene asked for when it was last heard; None: another scene has begun.
+    pub asked: Option<Markers>,
+}
+
+impl ViewOptions {
+    /// Draws what a scene asks for, unless it asked for the same before: a person's own choice stays.
+    pub fn ask(&mut self, asked: Markers) {
+        if self.asked.replace(asked) != Some(asked) {
+            self.markers = asked;
+        }
+    }
 }
 
 /// How grave a message is.

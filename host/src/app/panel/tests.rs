@@ -251,3 +251,20 @@ fn a_tiny_window_shows_no_panel() {
     bench.settle(&mut model);
     assert!(bench.texts.is_empty(), "{:?}", bench.texts);
 }
+
+#[test]
+fn a_scene_that_is_described_again_leaves_a_persons_markers_alone() {
+    let [none, both] = [false, true].map(|on| Markers { singularities: on, bounds: on });
+    let mut view = super::model::ViewOptions::default();
+    view.ask(none);
+    view.markers = both;
+    view.ask(none);
+    assert_eq!(view.markers, both, "a newer build of a plugin, say");
+    view.ask(both);
+    view.ask(none);
+    assert_eq!(view.markers, none, "the scene was edited");
+    view.markers = both;
+    view.asked = None;
+    view.ask(none);
+    assert_eq!(view.markers, none, "another scene");
+}

@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use super::{
     document::{LARGEST_NUMBER, Node, Path, Span, Value},
     error::Fault,
-    unit::{Unit, from_metres, to_metres},
+    unit::{Unit, from_metres, suffix, to_metres},
     whole::parse_color,
 };
 
@@ -170,8 +170,7 @@ impl<'a> Checker<'a> {
         let power = Unit::read(self.unit.unwrap_or_default()).power;
         let metres = to_metres(value, power, self.scale);
         if let Some(bounds) = Bounds::of(schema)
-            && !bounds.contain(metres)
-            && !bounds.from_metres(power, self.scale).contain(value)
+            && !bounds.allow(value, power, self.scale)
         {
             let problem = format!("is {}, but must be {}", figure(value), self.describe(schema));
             self.fault(place.clone(), path, problem, None);
@@ -507,6 +506,11 @@ impl Bounds {
             && self.below.is_none_or(|bound| value < bound)
     }
 
+    /// Whether they, in metres, allow a number in units of `scale` metres: rounding refuses nothing that their words allow.
+    pub fn allow(&self, value: f64, power: i32, scale: f64) -> bool {
+        self.contain(to_metres(value, power, scale)) || self.from_metres(power, scale).contain(value)
+    }
+
     /// "from 0 to 1", "above 0", "at most 5".
     pub fn words(&self) -> String {
         match (self.minimum, self.maximum, self.above, self.below) {
@@ -549,11 +553,7 @@ impl Words<'_> {
         };
         let bounds = words(schema).unwrap_or_default();
         let unit = own.or(around.filter(|_| power != 0 && self.scale != 1.0)).filter(|unit| !unit.is_empty());
-        let unit = unit.map(|unit| match power != 0 && self.scale != 1.0 {
-            true => format!(" [{unit}, of `scale` = {}]", self.scale),
-            false => format!(" [{unit}]"),
-        });
-        let unit = unit.unwrap_or_default();
+        let unit = suffix(unit.unwrap_or_default(), self.scale);
         let target = deref(self.root, schema);
         if let Some(Json::Array(values)) = target.get("enum") {
             return one_of(&values.iter().filter(|value| !value.is_null()).collect::<Vec<_>>());

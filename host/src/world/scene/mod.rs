@@ -33,7 +33,7 @@ use self::{
     format::SceneFile,
     scale::{Defaults, in_metres},
     species::{Library, Mention, Species, check_species},
-    unit::{Unit, from_metres, to_metres},
+    unit::{Unit, suffix, to_metres},
 };
 
 /// What the loader has to know of a plugin.
@@ -220,9 +220,12 @@ pub fn load_text(
         })
     };
     let mut json = node.to_json();
-    fail(&source, whole::check_whole(&read(json.clone())?, &node))?;
-    in_metres(&schema, &schema, &mut json, scale, Defaults::Scaled);
-    let file = read(json)?;
+    let mut file = read(json.clone())?;
+    fail(&source, whole::check_whole(&file, &node))?;
+    if scale != 1.0 {
+        in_metres(&schema, &schema, &mut json, scale, Defaults::Scaled);
+        file = read(json)?;
+    }
     let library = Library { source: &source, scene: &node, folder: &assets.join("species"), scale };
     let mut modules = Vec::new();
     let entries = node.get("modules").map(Node::entries).unwrap_or_default();
@@ -373,11 +376,7 @@ impl ParamInfo {
             }
             _ => None,
         };
-        let (power, bounds) = (self.power(), self.bounds());
-        let inside = |value: &f64| {
-            bounds.contain(to_metres(*value, power, scale))
-                || bounds.from_metres(power, scale).contain(*value)
-        };
+        let inside = |value: &f64| self.bounds().allow(*value, self.power(), scale);
         let value = value.filter(inside).map(|value| self.in_metres(value, scale));
         value.ok_or_else(|| format!("is {}, but must be {}", node.to_json(), self.words(scale)))
     }
@@ -411,20 +410,11 @@ impl ParamInfo {
 
     /// What it takes, in words, in a scene whose lengths are in units of `scale` metres.
     pub fn words(&self, scale: f64) -> String {
-        let power = self.power();
-        let unit = match self.unit.as_str() {
-            "" => String::new(),
-            unit if power != 0 && scale != 1.0 => format!(" [{unit}, of `scale` = {scale}]"),
-            unit => format!(" [{unit}]"),
-        };
-        let bound = |metres: f64| from_metres(metres, power, scale);
+        let range = self.bounds().from_metres(self.power(), scale).words();
+        let unit = suffix(&self.unit, scale);
         match &self.kind {
-            ParamKind::Float { minimum, maximum } => {
-                format!("a number from {} to {}{unit}", bound(*minimum), bound(*maximum))
-            }
-            ParamKind::Int { minimum, maximum } => {
-                format!("a whole number from {} to {}{unit}", bound(*minimum), bound(*maximum))
-            }
+            ParamKind::Float { .. } => format!("a number {range}{unit}"),
+            ParamKind::Int { .. } => format!("a whole number {range}{unit}"),
             ParamKind::Switch => "true or false".to_owned(),
             ParamKind::Choice(names) => format!("one of {}", names.join(", ")),
         }

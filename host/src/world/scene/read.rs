@@ -1,7 +1,6 @@
 //! Reading text files that people wrote: size, kind and encoding are checked first.
 
 use std::{
-    fs::File,
     io::{ErrorKind, Read},
     path::Path,
 };
@@ -42,7 +41,7 @@ pub fn read(path: &Path, what: &str) -> Result<Source, SceneError> {
         return Err(too_large(format!("{:.1} MiB", data.len() as f64 / f64::from(1 << 20))));
     }
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(unreadable)?;
+    let file = bounded::open(path).map_err(unreadable)?;
     file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST_FILE {
         return Err(too_large("grown while it was read".to_owned()));

@@ -40,6 +40,15 @@ impl Unit {
     }
 }
 
+/// " [m]", or " [m, of `scale` = 0.01]" where a scene has a length of its own; nothing for no unit.
+pub fn suffix(unit: &str, scale: f64) -> String {
+    match unit {
+        "" => String::new(),
+        unit if scale != 1.0 && Unit::read(unit).power != 0 => format!(" [{unit}, of `scale` = {scale}]"),
+        unit => format!(" [{unit}]"),
+    }
+}
+
 /// The name and the exponent of a unit's part: "s" and -2 of "s⁻²", "m" and 3 of "m^3" or "m3".
 fn exponent(part: &str) -> (&str, i32) {
     const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
