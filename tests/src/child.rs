@@ -1,9 +1,9 @@
-//! Tests that need a process of their own: this very program again, with one ignored test.
+//! Processes that tests start: this very program again, with one ignored test, and any other that has to end.
 
 use std::{
     env,
     io::Read,
-    process::{Command, ExitStatus, Stdio},
+    process::{Child, Command, ExitStatus, Output, Stdio},
     thread,
     time::{Duration, Instant},
 };
@@ -55,4 +55,24 @@ pub fn run(test: &str, task: &str, limit: Duration) -> Ended {
         }
     };
     Ended { status, text: out.join().expect("a reader") + &err.join().expect("a reader") }
+}
+
+/// Waits for a process to end by itself.
+///
+/// # Panics
+/// When it is still running after `limit`; then it is killed.
+pub fn wait(mut child: Child, limit: Duration, what: &str) -> Output {
+    let end = Instant::now() + limit;
+    loop {
+        match child.try_wait() {
+            Ok(Some(_)) => break,
+            Ok(None) if Instant::now() < end => thread::sleep(Duration::from_millis(10)),
+            _ => {
+                let _ = child.kill();
+                let output = child.wait_with_output();
+                panic!("{what} did not end within {limit:?}: {output:?}");
+            }
+        }
+    }
+    child.wait_with_output().unwrap_or_else(|error| panic!("{what}: {error}"))
 }

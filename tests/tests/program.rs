@@ -8,7 +8,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use reef_tests::artifacts::{artifacts, workspace};
+use reef_tests::{
+    artifacts::{artifacts, workspace},
+    child,
+};
 use tempfile::TempDir;
 
 /// The program beside its plugins, and one that does as its configuration says.
@@ -123,17 +126,9 @@ fn texts_of_others_reach_the_terminal_without_control_characters() {
 
 /// Runs the program, which must end by itself soon: its exit code and what it told.
 fn soon(arguments: &[&str]) -> (Option<i32>, String) {
-    let mut child =
+    let child =
         command(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let end = Instant::now() + Duration::from_secs(60);
-    while child.try_wait().expect("the child").is_none() {
-        if Instant::now() > end {
-            child.kill().expect("the child is ended");
-            panic!("reef {arguments:?} did not end within a minute");
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let output = child.wait_with_output().expect("the child");
+    let output = child::wait(child, Duration::from_secs(60), &format!("reef {arguments:?}"));
     (output.status.code(), text(&output.stderr))
 }
 

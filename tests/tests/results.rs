@@ -17,7 +17,7 @@ use std::{
 
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    skip,
+    child, skip,
 };
 use tempfile::TempDir;
 
@@ -97,22 +97,14 @@ fn film(place: &Path, folder: &Path) -> (Option<i32>, String, Vec<u8>) {
     let out = place.join("film.mp4");
     fs::write(&out, "the older film").unwrap();
     let paths = [folder.to_owned(), "/usr/bin".into(), "/bin".into()];
-    let mut child = render(place, &out)
+    let child = render(place, &out)
         .args(["--frames", "3"])
         .env("PATH", std::env::join_paths(paths).unwrap())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let end = Instant::now() + Duration::from_secs(60);
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > end {
-            child.kill().unwrap();
-            panic!("the render hangs");
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    let output = child.wait_with_output().unwrap();
+    let output = child::wait(child, Duration::from_secs(60), "the render");
     assert_eq!(names(place), ["film.mp4", "sea.toml"], "nothing is left beside the film");
     (output.status.code(), told(&output), fs::read(out).unwrap())
 }
@@ -175,7 +167,7 @@ fn a_real_film_is_found_whole_even_through_a_link() {
         return;
     }
     if Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).status().is_err() {
-        println!("skipped: there is no ffmpeg here");
+        skip("there is no ffmpeg here");
         return;
     }
     for kind in ["mp4", "webm"] {
@@ -287,15 +279,7 @@ fn hashes_that_nobody_reads_any_more_end_quietly() {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     assert!(lines.next().unwrap().unwrap().starts_with("step 1 "));
     drop(lines);
-    let end = Instant::now() + Duration::from_secs(30);
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > end {
-            child.kill().unwrap();
-            panic!("it goes on without a reader");
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    let output = child.wait_with_output().unwrap();
+    let output = child::wait(child, Duration::from_secs(30), "a run without a reader");
     assert!(output.status.success() && output.stderr.is_empty(), "{}", told(&output));
 }
 
@@ -320,4 +304,32 @@ fn a_signal_leaves_nothing_half_done_behind() {
         assert_eq!(names(place.path()), ["old.csv", "sea.toml"]);
         assert_eq!(fs::read(path("old.csv")).unwrap(), b"old");
     }
+}
+
+#[test]
+fn a_signal_leaves_no_part_of_a_film_that_its_encoder_begins_late() {
+    let place = place();
+    let folder = fake("cat > /dev/null\necho late > \"$last\"\ntouch \"$0.ended\"");
+    let paths = [folder.path().to_owned(), "/usr/bin".into(), "/bin".into()];
+    let mut child = render(place.path(), &place.path().join("film.mp4"))
+        .args(["--frames", "1000000"])
+        .env("PATH", std::env::join_paths(paths).unwrap())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let until = |what: &str, so: &dyn Fn() -> bool| {
+        let end = Instant::now() + Duration::from_secs(30);
+        while !so() {
+            assert!(Instant::now() < end, "{what}");
+            thread::sleep(Duration::from_millis(5));
+        }
+    };
+    until("the film is begun", &|| names(place.path()).len() > 1);
+    // SAFETY: the child was not waited for.
+    unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
+    child.wait().unwrap();
+    // The encoder sees the end of its pictures only now, and makes its file.
+    until("the encoder ends", &|| folder.path().join("ffmpeg.ended").exists());
+    assert_eq!(names(place.path()), ["sea.toml"]);
 }

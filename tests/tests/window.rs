@@ -13,12 +13,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use display::{Display, liveliness, wait};
+use display::{Display, liveliness};
 use reef::{
     gpu::{Gpu, GpuOptions, Validation},
     headless::pictures::read_png,
 };
-use reef_tests::artifacts::{artifacts, workspace};
+use reef_tests::{
+    artifacts::{artifacts, workspace},
+    child::wait,
+};
 use tempfile::TempDir;
 
 /// lavapipe on two busy cores draws a few frames a second under validation; a hang is what this catches.

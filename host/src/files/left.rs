@@ -33,8 +33,8 @@ pub(super) fn undisturbed<T>(act: impl FnOnce() -> T) -> T {
     act()
 }
 
-/// From now on SIGINT, SIGTERM and SIGHUP remove what is on its way before they end the program; a second one ends it at
-/// once. A signal that is ignored (`nohup`) stays ignored.
+/// From now on SIGINT, SIGTERM and SIGHUP remove what is on its way before they end the program; the same one again ends it
+/// at once. A signal that is ignored (`nohup`) stays ignored.
 #[cfg(unix)]
 pub fn remove_at_signals() -> io::Result<()> {
     unix::install()

@@ -7,19 +7,19 @@ mod place;
 mod tests;
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, Permissions},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
 };
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempDir};
 use thiserror::Error;
 
 pub use folder::Folder;
 pub use left::remove_at_signals;
 use left::{Mark, marked, undisturbed};
 pub(crate) use place::beside;
-use place::{Place, put, told};
+use place::{Place, builder, put, told};
 
 /// Why a file could not be written.
 #[derive(Debug, Error)]
@@ -44,9 +44,31 @@ pub struct Writing {
 #[derive(Debug)]
 enum Out {
     /// Takes its place when it is whole.
-    Whole(BufWriter<NamedTempFile>, Mark),
+    Whole(Part),
     /// A device or pipe that is there already.
     Straight(BufWriter<File>),
+}
+
+/// What is written until it is whole.
+#[derive(Debug)]
+struct Part {
+    file: BufWriter<NamedTempFile>,
+    mark: Mark,
+    /// A folder that it is alone in: when that is gone, no other program that was given the file's name makes it once more.
+    nest: Option<TempDir>,
+}
+
+impl Part {
+    fn begin(folder: &Path, rights: Option<Permissions>, nested: bool) -> io::Result<Self> {
+        let (file, mark, nest) = if nested {
+            let (nest, mark) = marked(|| builder(0o700).tempdir_in(folder))?;
+            (beside(nest.path(), rights)?, mark, Some(nest))
+        } else {
+            let (file, mark) = marked(|| beside(folder, rights))?;
+            (file, mark, None)
+        };
+        Ok(Self { file: BufWriter::new(file), mark, nest })
+    }
 }
 
 impl Writing {
@@ -55,7 +77,7 @@ impl Writing {
         Self::begin(path, false)
     }
 
-    /// The same for a program that goes to and fro in [`Writing::part`]: even a device gets the file when it is whole.
+    /// The same for another program that goes to and fro in [`Writing::part`]: even a device gets the file when it is whole.
     pub fn create_seekable(path: &Path) -> Result<Self, WriteError> {
         Self::begin(path, true)
     }
@@ -63,8 +85,8 @@ impl Writing {
     fn begin(path: &Path, seekable: bool) -> Result<Self, WriteError> {
         let fail = |problem: String| WriteError { path: path.to_owned(), problem };
         let place = Place::of(path).map_err(fail)?;
-        let make = |folder: &Path, rights| marked(|| beside(folder, rights));
-        let temporary = match &place.there {
+        let make = |folder: &Path, rights| Part::begin(folder, rights, seekable);
+        let part = match &place.there {
             Some(there) if there.is_dir() => return Err(fail("a folder stands there".to_owned())),
             Some(there) if there.is_file() => {
                 let rights = there.permissions();
@@ -86,15 +108,14 @@ impl Writing {
             }
             None => make(place.folder(), None),
         };
-        let (temporary, mark) = temporary.map_err(|error| fail(told(&error)))?;
-        let out = Out::Whole(BufWriter::new(temporary), mark);
+        let out = Out::Whole(part.map_err(|error| fail(told(&error)))?);
         Ok(Self { path: path.to_owned(), target: place.target, out })
     }
 
     /// The file that holds what was written until it is whole; where a device is written straight, the device.
     pub fn part(&self) -> &Path {
         match &self.out {
-            Out::Whole(out, _) => out.get_ref().path(),
+            Out::Whole(part) => part.file.get_ref().path(),
             Out::Straight(_) => &self.target,
         }
     }
@@ -108,14 +129,15 @@ impl Writing {
         let path = self.path;
         let fail = |problem: String| WriteError { path: path.clone(), problem };
         match self.out {
-            Out::Whole(buffer, mark) => {
-                let temporary = buffer.into_inner().map_err(|error| fail(told(error.error())))?;
+            Out::Whole(Part { file, mark, nest }) => {
+                let temporary = file.into_inner().map_err(|error| fail(told(error.error())))?;
                 temporary.as_file().sync_data().map_err(|error| fail(told(&error)))?;
                 let part = temporary.into_temp_path();
                 let placed = undisturbed(|| put(&part, &self.target, rename));
                 drop(mark);
                 placed.map_err(|error| {
                     let kept = part.keep();
+                    let _ = nest.map(TempDir::keep);
                     let kept = kept.map(|kept| format!("; the whole result is kept as {}", kept.display()));
                     fail(told(&error) + &kept.unwrap_or_default())
                 })
@@ -133,14 +155,14 @@ impl Writing {
 impl Write for Writing {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.out {
-            Out::Whole(out, _) => out.write(bytes),
+            Out::Whole(part) => part.file.write(bytes),
             Out::Straight(out) => out.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.out {
-            Out::Whole(out, _) => out.flush(),
+            Out::Whole(part) => part.file.flush(),
             Out::Straight(out) => out.flush(),
         }
     }
@@ -151,6 +173,15 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let mut file = Writing::create(path)?;
     file.write_all(bytes).map_err(|error| file.error(&error))?;
     file.finish()
+}
+
+/// Where a result for this path would stand: at the end of its links.
+pub fn target(path: &Path) -> Result<PathBuf, WriteError> {
+    let place = Place::of(path).map_err(|problem| WriteError { path: path.to_owned(), problem })?;
+    Ok(match (place.folder().canonicalize(), place.target.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => place.target,
+    })
 }
 
 /// Makes a folder, and those that it is in, for files that come; fails where none can be made in it.

@@ -3,7 +3,7 @@
 use std::{
     io::{self, Write},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::{Child, Command, ExitStatus, Stdio},
     sync::{Arc, Mutex, PoisonError, mpsc::Receiver},
     thread,
     time::{Duration, Instant},
@@ -11,7 +11,7 @@ use std::{
 
 use super::{
     container::{self, Container},
-    listen::listen,
+    listen::{last_lines, listen},
 };
 use crate::{
     failure::{Failure, Outcome},
@@ -21,8 +21,8 @@ use crate::{
 
 /// How long ffmpeg may take to end after it gave up reading pictures [s].
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How many lines of its are told, and how many characters of each.
-const TOLD: (usize, usize) = (5, 300);
+/// How many of its last lines are told.
+const TOLD: usize = 5;
 
 /// A film on its way. Dropped before [`Film::finish`], it leaves nothing behind.
 #[derive(Debug)]
@@ -91,11 +91,7 @@ impl Film {
     pub fn finish(mut self) -> Outcome {
         drop(self.ffmpeg.stdin.take());
         // The last pictures take their time. One that speaks has failed, whether it ends or not.
-        let mut status = self.ffmpeg.try_wait();
-        while matches!(status, Ok(None)) && !self.speaks() {
-            thread::sleep(Duration::from_millis(5));
-            status = self.ffmpeg.try_wait();
-        }
+        let status = self.wait_or(Self::speaks);
         let ended_well = matches!(status, Ok(Some(status)) if status.success());
         if !ended_well || !self.words().is_empty() {
             return Err(self.failed());
@@ -111,6 +107,17 @@ impl Film {
         out.finish().map_err(Failure::input)
     }
 
+    /// Waits until it ends, or until this is enough.
+    fn wait_or(&mut self, enough: impl Fn(&Self) -> bool) -> io::Result<Option<ExitStatus>> {
+        loop {
+            let status = self.ffmpeg.try_wait();
+            if !matches!(status, Ok(None)) || enough(self) {
+                return status;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+
     /// Whatever it says is an error: nothing else was asked for.
     fn speaks(&self) -> bool {
         !self.said.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
@@ -120,17 +127,13 @@ impl Film {
     fn words(&self) -> String {
         // What was said before the end may be on its way still; something that it started may hold the stream open.
         let _ = self.silent.recv_timeout(Duration::from_secs(1));
-        told(&self.said.lock().unwrap_or_else(PoisonError::into_inner))
+        last_lines(&self.said.lock().unwrap_or_else(PoisonError::into_inner), TOLD)
     }
 
     fn failed(&mut self) -> Failure {
         drop(self.ffmpeg.stdin.take());
         let end = Instant::now() + PATIENCE;
-        let mut status = self.ffmpeg.try_wait();
-        while matches!(status, Ok(None)) && Instant::now() < end {
-            thread::sleep(Duration::from_millis(5));
-            status = self.ffmpeg.try_wait();
-        }
+        let status = self.wait_or(|_| Instant::now() >= end);
         let how = match status {
             Ok(Some(status)) if status.success() => "ffmpeg failed".to_owned(),
             Ok(Some(status)) => format!("ffmpeg failed ({status})"),
@@ -156,27 +159,4 @@ fn cannot_run(program: &Path, error: &io::Error) -> Failure {
         _ => "ffmpeg is needed to write a video: mend it, or put a folder with another one first in PATH",
     };
     Failure::machine(miette::miette!(help = help, "{} cannot be run: {error}", program.display()))
-}
-
-/// The last lines of what was said, fit to be shown.
-fn told(said: &[u8]) -> String {
-    let text = String::from_utf8_lossy(said);
-    let lines = text.lines().map(|line| {
-        line.chars().filter(|c| !c.is_control()).take(TOLD.1).collect::<String>().trim().to_owned()
-    });
-    let lines: Vec<String> = lines.filter(|line| !line.is_empty()).collect();
-    lines[lines.len().saturating_sub(TOLD.0)..].join("\n")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_last_words_are_told_without_controls_and_at_no_length() {
-        assert_eq!(told(b"  \r\n"), "");
-        assert_eq!(told(b"\x1b[31mred\x1b[0m\n"), "[31mred[0m");
-        assert_eq!(told(b"1\n2\n3\n4\n5\n6\n7\n"), "3\n4\n5\n6\n7");
-        assert_eq!(told(&[b'x'; 4096]).len(), TOLD.1);
-    }
 }

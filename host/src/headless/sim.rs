@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
-    files::Writing,
+    files::{self, Writing},
     live::REMEMBER,
     open::{self, say},
     plugin::Library,
@@ -241,14 +241,9 @@ fn reload(world: &mut World, workers: usize) -> Outcome {
 
 /// Of results with the same path only the last one would be left.
 fn distinct(results: &[(&str, Option<&Path>)]) -> Outcome {
-    let place = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let beside = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
-        path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
-    };
     let mut places: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in results.iter().filter_map(|(option, path)| Some((*option, (*path)?))) {
-        let here = place(path);
+        let here = files::target(path).map_err(Failure::input)?;
         if let Some((other, _)) = places.iter().find(|(_, there)| *there == here) {
             return Err(Failure::input(miette::miette!(
                 help = "each result needs a file of its own",

@@ -206,7 +206,7 @@ fn judge(
         actual,
     };
     if args.bless {
-        bless(golden, &path, &verdict.actual, &origin(gpu, time))?;
+        bless(&path, &verdict.actual, &origin(gpu, time))?;
         return Ok(verdict);
     }
     match read_png(&path) {
@@ -255,8 +255,7 @@ fn in_words(difference: &Difference, allowance: Allowance) -> String {
     )
 }
 
-fn bless(golden: &Path, path: &Path, picture: &Picture, origin: &Origin) -> Outcome {
-    files::make_folder(golden).map_err(Failure::input)?;
+fn bless(path: &Path, picture: &Picture, origin: &Origin) -> Outcome {
     write_png(path, picture).map_err(Failure::input)?;
     let text = serde_json::to_string_pretty(origin).unwrap_or_default() + "\n";
     files::write(&path.with_extension("json"), text.as_bytes()).map_err(Failure::input)
@@ -386,7 +385,8 @@ mod tests {
             driver: "e".into(),
             reef: "0".into(),
         };
-        bless(&golden, &golden.join("a.png"), &picture, &origin).expect("blessed");
+        files::make_folder(&golden).expect("a folder");
+        bless(&golden.join("a.png"), &picture, &origin).expect("blessed");
         assert_eq!(read_png(&golden.join("a.png")).expect("read"), picture);
         let text = std::fs::read_to_string(golden.join("a.json")).expect("read");
         assert_eq!(serde_json::from_str::<Origin>(&text).expect("parsed"), origin);

@@ -84,7 +84,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         if is_first {
             first.push(world.clock().step);
         }
-        open::is_heard()
+        args.journal.is_some() || open::is_heard()
     });
     world.flush_journal().map_err(Failure::input)?;
     let counts = live.counts();

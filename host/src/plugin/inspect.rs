@@ -45,9 +45,6 @@ pub fn read(path: &Path) -> Result<Image<'static>, Refusal> {
     if metadata.len() > LARGEST {
         return Err(Refusal::TooLarge { size: metadata.len(), limit: LARGEST });
     }
-    if !metadata.is_file() {
-        return Err(Refusal::Unreadable("it is no regular file".into()));
-    }
     Image::read(&bounded::open(path).map_err(unreadable)?, metadata.len()).map_err(unreadable)
 }
 

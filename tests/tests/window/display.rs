@@ -113,23 +113,6 @@ pub fn liveliness(picture: &Path) -> (f64, u64) {
     }
 }
 
-/// Waits for a process to end by itself; kills it and fails after `limit`.
-pub fn wait(mut child: Child, limit: Duration, what: &str) -> Output {
-    let end = Instant::now() + limit;
-    loop {
-        match child.try_wait() {
-            Ok(Some(_)) => break,
-            Ok(None) if Instant::now() < end => std::thread::sleep(Duration::from_millis(50)),
-            _ => {
-                let _ = child.kill();
-                let output = child.wait_with_output();
-                panic!("{what} did not end within {limit:?}: {output:?}");
-            }
-        }
-    }
-    child.wait_with_output().unwrap_or_else(|error| panic!("{what}: {error}"))
-}
-
 fn on_path(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())

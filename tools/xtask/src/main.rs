@@ -100,7 +100,7 @@ fn run(command: &mut Command, what: &str) -> Outcome {
 
 /// Sets up what the tests need, then runs them all; none of them may be skipped.
 fn test(arguments: &[String]) -> Outcome {
-    packages::require(&["run", "window", "validate", "window-tests", "compilers"])?;
+    packages::require(&["run", "window", "validate", "window-tests", "compilers", "video"])?;
     let built = artifacts::build()?;
     if artifacts::has_component("fmt") {
         run(cargo().args(["fmt", "--all", "--check"]), "cargo fmt --check")?;

@@ -21,7 +21,11 @@ use std::{
 use tempfile::TempDir;
 
 use super::{Args, group, limit, verdict::Verdict};
-use crate::{cli::Common, failure::Failure, headless::listen::listen};
+use crate::{
+    cli::Common,
+    failure::Failure,
+    headless::listen::{last_lines, listen},
+};
 
 /// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the byte.
 const EXACT_HEAP: &str = "glibc.malloc.tcache_count=0";
@@ -143,11 +147,6 @@ fn how(status: ExitStatus) -> String {
 fn last_words(said: &Mutex<Vec<u8>>) -> String {
     // What was written before the end may be on its way still.
     thread::sleep(Duration::from_millis(5));
-    let kept = said.lock().unwrap_or_else(PoisonError::into_inner);
-    let text = String::from_utf8_lossy(&kept);
-    let printable = |line: &str| line.chars().filter(|c| !c.is_control()).collect::<String>();
-    match text.lines().map(printable).rfind(|line| !line.trim().is_empty()) {
-        Some(line) => format!("; it said: {}", line.trim()),
-        None => String::new(),
-    }
+    let line = last_lines(&said.lock().unwrap_or_else(PoisonError::into_inner), 1);
+    if line.is_empty() { line } else { format!("; it said: {line}") }
 }

@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::{
     cli::Common,
     failure::{Failure, Outcome},
+    files,
     open::{say, shown},
 };
 
@@ -59,7 +60,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         Language::Rust => rust(&name, &sdk(parent, args.sdk.as_deref())?)?,
         Language::C => c(&name),
     };
-    write(parent, &args.folder, &files).map_err(|problem| {
+    write(&args.folder, &files).map_err(|problem| {
         Failure::input(miette::miette!("{} cannot be made: {problem}", args.folder.display()))
     })?;
 
@@ -193,25 +194,15 @@ fn sdk(parent: &Path, wanted: Option<&Path>) -> Result<PathBuf, Failure> {
     Ok(found)
 }
 
-/// Writes the files beside their place, then puts the whole folder there.
-fn write(parent: &Path, folder: &Path, files: &Files) -> Result<(), String> {
-    if !parent.is_dir() {
-        return Err(format!("there is no folder {}", parent.display()));
+/// Makes the folder with these files in it; `Err`: why not.
+fn write(folder: &Path, content: &Files) -> Result<(), String> {
+    let out = files::Folder::create(folder).map_err(|error| error.problem)?;
+    for (path, text) in content {
+        let path = out.part().join(path);
+        let made = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, text));
+        made.map_err(|error| error.to_string())?;
     }
-    let told = |error: std::io::Error| error.to_string();
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".reef-").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    let temporary = builder.tempdir_in(parent).map_err(told)?;
-    for (path, content) in files {
-        let path = temporary.path().join(path);
-        fs::create_dir_all(path.parent().unwrap_or(parent)).map_err(told)?;
-        fs::write(&path, content).map_err(told)?;
-    }
-    fs::rename(temporary.path(), folder).map_err(told)?;
-    let _gone = temporary.keep(); // It has its name now: nothing is left to remove.
-    Ok(())
+    out.finish().map_err(|error| error.problem)
 }
 
 #[cfg(test)]
@@ -238,11 +229,11 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let names = || fs::read_dir(parent.path()).unwrap().count();
         let bad: Files = vec![("a", String::new()), ("a/b", String::new())];
-        assert!(write(parent.path(), &parent.path().join("new"), &bad).is_err());
+        assert!(write(&parent.path().join("new"), &bad).is_err());
         assert_eq!(names(), 0);
-        write(parent.path(), &parent.path().join("new"), &c("new")).unwrap();
+        write(&parent.path().join("new"), &c("new")).unwrap();
         assert_eq!((names(), fs::read_dir(parent.path().join("new")).unwrap().count()), (1, 5));
         let missing = parent.path().join("no/such");
-        assert!(write(&missing, &missing.join("new"), &bad).unwrap_err().contains("there is no folder"));
+        assert!(write(&missing.join("new"), &bad).unwrap_err().contains("there is no folder"));
     }
 }

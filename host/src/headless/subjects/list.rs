@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use super::{super::show::Show, changed};
 use crate::{
     failure::Failure,
-    render::Settings,
+    render::{Settings, markers::Markers},
     world::{
         World,
         environment::Environment,
@@ -60,24 +60,18 @@ pub fn subjects(scene: &Scene, world: &World, make: Make<'_>) -> Result<Vec<Subj
         add("scene.debug".into(), Without::Switch(|settings| Settings { debug_channels: 0, ..*settings }));
     }
     if table.singularities {
-        add(
-            "scene.singularities".into(),
-            Without::Switch(|settings| {
-                let mut settings = *settings;
-                settings.markers.singularities = false;
-                settings
-            }),
-        );
+        let hide = |settings: &Settings| Settings {
+            markers: Markers { singularities: false, ..settings.markers },
+            ..*settings
+        };
+        add("scene.singularities".into(), Without::Switch(hide));
     }
     if table.bounds {
-        add(
-            "scene.bounds".into(),
-            Without::Switch(|settings| {
-                let mut settings = *settings;
-                settings.markers.bounds = false;
-                settings
-            }),
-        );
+        let hide = |settings: &Settings| Settings {
+            markers: Markers { bounds: false, ..settings.markers },
+            ..*settings
+        };
+        add("scene.bounds".into(), Without::Switch(hide));
     }
     for (name, other) in motion(scene) {
         add(name, Without::Anew(Box::new(Show::new(make(other)?))));

@@ -41,8 +41,7 @@ impl Limits {
 
     /// These limits for somebody who waits so long for a step, and no shorter than before for other calls.
     pub fn with_patience(self, patience: Duration) -> Self {
-        let other = Self::default().other.max(patience);
-        Self { step: patience, other, ..self }
+        Self { step: patience, other: self.other.max(patience), ..self }
     }
 }
 
@@ -95,9 +94,10 @@ mod tests {
         let (live, offline) = (Limits::default(), Limits::offline());
         assert!(offline.step >= 100 * live.step && offline.other >= 10 * live.other);
         for patience in [Duration::from_millis(300), Duration::from_secs(7200)] {
-            for limits in [live.with_patience(patience), offline.with_patience(patience)] {
+            for before in [live, offline] {
+                let limits = before.with_patience(patience);
                 assert_eq!(limits.step, patience);
-                assert!(limits.other >= live.other && limits.other >= patience);
+                assert!(limits.other >= before.other && limits.other >= patience);
             }
         }
     }
