@@ -6,7 +6,7 @@ use clap::{CommandFactory, Parser, error::ErrorKind};
 
 use crate::{
     app, headless, open,
-    plugin::{Limits, offer_patience, set_limits},
+    plugin::{Limits, offer_patience, probe, set_limits},
     report,
 };
 
@@ -111,6 +111,22 @@ fn limits(command: Option<&Command>, patience: Option<Duration>) -> Option<Limit
     Some(patience.map_or(limits, |patience| limits.with_patience(patience)))
 }
 
+/// Builds that nobody knows are loaded by another process first; the checker has processes of its own.
+fn offer_probe(command: Option<&Command>) {
+    #[cfg(target_os = "linux")]
+    if matches!(command, Some(Command::Plugin(args)) if matches!(args.command, headless::plugins::Command::Check(_)))
+    {
+        return;
+    }
+    if matches!(command, Some(Command::Shaders(_))) {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        let known = crate::gpu::cache_folder().map(|folder| folder.join("plugins"));
+        probe::offer(probe::Probe { program, known });
+    }
+}
+
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -119,7 +135,15 @@ pub fn main() -> ExitCode {
             format!("{} stands before the command: the scene of a command follows it", scene.display());
         Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
     }
+    #[cfg(target_os = "linux")]
+    if let Some(Command::Plugin(headless::plugins::Args { command: headless::plugins::Command::Probe })) =
+        &cli.command
+    {
+        // Before anything starts a thread.
+        crate::plugin::probe::serve();
+    }
     crate::log::init();
+    offer_probe(cli.command.as_ref());
     if let Err(error) = crate::files::remove_at_signals() {
         tracing::warn!("a signal may leave files named .reef-*.part: {error}");
     }

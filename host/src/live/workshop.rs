@@ -13,7 +13,7 @@ use std::{
 
 use super::files::{Change, Files};
 use crate::{
-    plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect},
+    plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect, probe},
     world::{
         WorldError,
         adopt::{Before, Edition},
@@ -87,6 +87,7 @@ pub(super) struct Workshop {
 impl Workshop {
     /// The thread's life.
     pub(super) fn run(mut self) {
+        probe::prepare();
         loop {
             let task = match self.files.due() {
                 None => self.tasks.recv().ok(),
@@ -145,12 +146,18 @@ impl Workshop {
             let seen = Instant::now();
             let found = match content {
                 Err(problem) => Found::Refused { path, problem },
-                Ok(image) if is_library(&path) => match Library::load_image(&path, &image, self.workers) {
-                    Ok((library, plugins)) => {
-                        Found::Library(NewLibrary { path, library, plugins, seen, loaded: Instant::now() })
+                Ok(image) if is_library(&path) => {
+                    match Library::load_new_image(&path, &image, self.workers) {
+                        Ok((library, plugins)) => Found::Library(NewLibrary {
+                            path,
+                            library,
+                            plugins,
+                            seen,
+                            loaded: Instant::now(),
+                        }),
+                        Err(reason) => Found::Refused { path, problem: reason.to_string() },
                     }
-                    Err(reason) => Found::Refused { path, problem: reason.to_string() },
-                },
+                }
                 Ok(_) => {
                     edited = true;
                     continue;

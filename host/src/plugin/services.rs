@@ -20,6 +20,7 @@ use super::{
     marker::{self, Place},
     pool::{self, Pool},
     scratch::{LIMIT, Scratch},
+    tag::Tag,
     textures::{Refused, TextureList, Textures, Wanted},
 };
 
@@ -44,6 +45,7 @@ pub type Figure = (String, f64);
 pub(crate) struct Services {
     /// `ctx` leads back to this very value, which therefore never moves.
     table: abi::Host,
+    tag: Tag,
     plugin: String,
     pool: Arc<Pool>,
     error: Mutex<Option<String>>,
@@ -107,6 +109,7 @@ impl Services {
                 texture_destroy: Some(texture_destroy),
                 figure: Some(figure),
             },
+            tag: Tag::default(),
             plugin: plugin.to_owned(),
             pool: generation.pool().clone(),
             error: Mutex::new(None),
@@ -123,6 +126,7 @@ impl Services {
             textures,
         });
         services.table.ctx = (&raw const *services).cast_mut().cast();
+        services.tag.set();
         services
     }
 
@@ -174,6 +178,15 @@ impl Services {
     pub(super) fn refused_textures(&self) -> Refused {
         let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
         textures.map_or_else(Refused::default, |own| own.refused.clone())
+    }
+
+    /// Did the step write behind what it was lent?
+    pub(super) fn scratch_is_whole(&self) -> Result<(), String> {
+        let scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        match scratch.overrun() {
+            None => Ok(()),
+            Some(bytes) => Err(format!("scratch: more was written than the {bytes} bytes that were lent")),
+        }
     }
 
     /// Between two steps: scratch memory holds nonsense.
@@ -256,10 +269,19 @@ impl Services {
 /// The services behind a context; None for NULL.
 ///
 /// # Safety
-/// `ctx` is NULL or the context that [`Services::new`] made, and its value is alive.
-unsafe fn services<'a>(ctx: *mut c_void) -> Option<&'a Services> {
-    // SAFETY: the caller's promise.
-    unsafe { ctx.cast_const().cast::<Services>().as_ref() }
+/// `ctx` is whatever a plugin passed; where it is the context that [`Services::new`] made, its value is alive.
+unsafe fn services<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a Services> {
+    let services = ctx.cast_const().cast::<Services>();
+    if services.is_null() {
+        return None;
+    }
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    if !services.is_aligned() || unsafe { !(*services).tag.is_set() } {
+        guard::leave_foreign(service);
+        return None;
+    }
+    // SAFETY: the mark says that it is a context of ours.
+    unsafe { services.as_ref() }
 }
 
 /// A plugin's text, made whole where it is not UTF-8 and cut where it is endless.
@@ -281,7 +303,7 @@ unsafe fn text(pointer: *const c_char, length: u64) -> String {
 
 unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, length: u64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "log") }) else { return };
     services.serve(message, length, |message| {
         let line = services.lines.fetch_add(1, Ordering::Relaxed);
         if line >= MOST_LINES {
@@ -302,7 +324,7 @@ unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, l
 
 unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length: u64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "set_error") }) else { return };
     services.serve(message, length, |message| {
         services.fail(abi::OK, message);
     });
@@ -310,7 +332,7 @@ unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length:
 
 unsafe extern "C" fn figure(ctx: *mut c_void, name: *const c_char, length: u64, value: f64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "figure") }) else { return };
     if name.is_null() || length > LONGEST_FIGURE {
         return;
     }
@@ -335,12 +357,12 @@ unsafe extern "C" fn figure(ctx: *mut c_void, name: *const c_char, length: u64, 
 
 unsafe extern "C" fn should_stop(ctx: *mut c_void) -> u32 {
     // SAFETY: the contract's pointer.
-    unsafe { services(ctx) }.is_some_and(|services| services.fate.asked_to_stop()).into()
+    unsafe { services(ctx, "should_stop") }.is_some_and(|services| services.fate.asked_to_stop()).into()
 }
 
 unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "parallel_for") }) else { return abi::BAD_INPUT };
     let Some(job) = pool::job_of(job) else {
         return services.fail(abi::BAD_INPUT, "parallel_for: the job is NULL".into());
     };
@@ -370,7 +392,7 @@ unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, u
 
 unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "scratch") }) else { return abi::BAD_INPUT };
     if out.is_null() || !out.is_aligned() {
         return services.fail(abi::BAD_INPUT, "scratch: the result's place is NULL or misaligned".into());
     }
@@ -398,7 +420,7 @@ unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut
 
 unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "sample_flow") }) else { return abi::BAD_INPUT };
     if query.is_null() || !query.is_aligned() {
         return services.fail(abi::BAD_INPUT, "sample_flow: the query is NULL or misaligned".into());
     }
@@ -416,9 +438,9 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
 
 /// # Safety
 /// As [`services`].
-unsafe fn unsupported(ctx: *mut c_void, what: &str) -> i32 {
+unsafe fn unsupported(ctx: *mut c_void, what: &'static str) -> i32 {
     // SAFETY: the caller's promise.
-    match unsafe { services(ctx) } {
+    match unsafe { services(ctx, what) } {
         Some(services) => {
             let version = version_text(abi::VERSION);
             services
@@ -446,7 +468,7 @@ unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, _: u32) -> i32 {
 /// Looks at a texture that a plugin wants, touches all that it points to, and takes it over.
 unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "texture_create") }) else { return abi::BAD_INPUT };
     let refuse = |status: i32, reason: &str| {
         if status == abi::BAD_INPUT
             && let Some(textures) = &services.textures
@@ -498,7 +520,7 @@ unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Textu
 
 unsafe extern "C" fn texture_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "texture_destroy") }) else { return abi::BAD_INPUT };
     let Some(textures) = services.textures.as_ref().filter(|_| {
         // As for texture_create.
         services.on_a_thread_of_ours() && marker::current_job().is_none()

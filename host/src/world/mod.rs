@@ -12,6 +12,7 @@ pub mod clock;
 pub mod environment;
 mod exchange;
 pub mod frame;
+mod ground;
 pub mod hash;
 pub mod journal;
 pub mod random;

@@ -7,7 +7,7 @@ use std::{collections::VecDeque, sync::Arc};
 
 use reef_abi as abi;
 
-use super::{environment::Environment, exchange::Exchange, swap::Job};
+use super::{exchange::Exchange, ground::Ground, swap::Job};
 use crate::plugin::StepInput;
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].
@@ -21,7 +21,7 @@ pub(super) struct Fixed {
     pub(super) seed: u64,
     pub(super) simd_level: u32,
     pub(super) water: abi::Water,
-    pub(super) environment: Arc<Environment>,
+    pub(super) ground: Arc<Ground>,
 }
 
 /// All that one step let the modules read.
@@ -88,7 +88,7 @@ impl Moment {
             simd_level: fixed.simd_level,
             camera: &self.camera,
             water: &fixed.water,
-            heightfield: fixed.environment.heightfield(),
+            heightfield: fixed.ground.heightfield(),
             flow: flow.unwrap_or(&self.flow),
             waves: &self.waves,
             actors: actors.unwrap_or(&self.actors),

@@ -17,6 +17,7 @@ use super::{
     environment::Environment,
     exchange::{Exchange, own_id},
     frame::{CameraPose, Frame},
+    ground::Ground,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     recent::{Fixed, Recent},
     scene::{Module, Scene, error::SceneError},
@@ -185,6 +186,8 @@ pub struct World {
     pub(super) seed: u64,
     pub(super) clock: Clock,
     environment: Arc<Environment>,
+    /// What modules get of it.
+    ground: Arc<Ground>,
     camera: Camera,
     water: Water,
     raw_water: abi::Water,
@@ -238,6 +241,7 @@ impl World {
         }
         let trains = Waves::new(&scene.file, seed)?;
         let environment = Arc::new(setting::environment(&scene.file, seed, &trains));
+        let ground = Ground::new(&environment);
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
@@ -245,7 +249,7 @@ impl World {
         let raw_water = raw_water(&scene);
         let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
         let recent = options.remember.map(|every| {
-            let fixed = Fixed { seed, simd_level, water: raw_water, environment: environment.clone() };
+            let fixed = Fixed { seed, simd_level, water: raw_water, ground: ground.clone() };
             Recent::new(every, members.len(), fixed)
         });
         let mut world = Self {
@@ -255,6 +259,7 @@ impl World {
             raw_water,
             rocks: setting::rocks(&environment),
             environment,
+            ground,
             camera,
             simd_level,
             debug: scene.file.scene.debug,
@@ -531,14 +536,16 @@ impl World {
         self.seed = seed;
         self.trains = trains;
         self.rocks = setting::rocks(&environment);
-        self.environment = environment.clone();
+        self.ground = Ground::new(&environment);
+        self.environment = environment;
         (self.camera, self.water, self.raw_water, self.exchange) = (camera, water, raw_water, exchange);
         self.replay.clear();
         self.pending.clear();
         self.faults.clear();
         if let Some(recent) = &mut self.recent {
             recent.forget();
-            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, environment };
+            let ground = self.ground.clone();
+            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, ground };
             *recent = Recent::new(recent.every(), self.members.len(), fixed);
         }
     }
@@ -645,8 +652,8 @@ impl World {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
         self.exchange.share(flow, attached);
-        let environment = self.environment.clone();
-        let heightfield = environment.heightfield();
+        let ground = self.ground.clone();
+        let heightfield = ground.heightfield();
         let flags =
             if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
         let mut told = Vec::new();
