@@ -147,14 +147,22 @@ fn states(subject: &Subject) -> Outcome {
 
 fn loads(subject: &Subject) -> Outcome {
     const COUNT: u64 = 12;
+    const ROUNDS: usize = 3;
     let one = || subject.open(1).map(drop);
     (0..4).try_for_each(|_| one())?;
-    let before = Held::now();
-    (0..COUNT).try_for_each(|_| one())?;
-    let after = Held::after(&before);
-    // What the host itself keeps of a loading is little; a library's memory is more.
-    no_more(&before, &after, 1024 * COUNT + SLACK, &format!("{COUNT} loadings"))?;
-    let mappings = after.mappings.saturating_sub(before.mappings);
-    must!((mappings as u64) < COUNT / 2, "{COUNT} loadings left {mappings} mappings");
+    // The C library maps an arena for each thread that finds the others taken, up to a limit. What leaks leaks in each round.
+    let mut least = u64::MAX;
+    for _ in 0..ROUNDS {
+        let before = Held::now();
+        (0..COUNT).try_for_each(|_| one())?;
+        let after = Held::after(&before);
+        // What the host itself keeps of a loading is little; a library's memory is more.
+        no_more(&before, &after, 1024 * COUNT + SLACK, &format!("{COUNT} loadings"))?;
+        least = least.min(after.mappings.saturating_sub(before.mappings) as u64);
+        if least < COUNT / 2 {
+            break;
+        }
+    }
+    must!(least < COUNT / 2, "each {COUNT} loadings left {least} mappings or more");
     Ok(None)
 }
