@@ -1,13 +1,15 @@
 //! The command line: one subcommand a file in [`crate::headless`], the window without one.
 
-use std::{path::PathBuf, process::ExitCode, time::Duration};
+use std::{process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 
 use crate::{
-    app, headless, open,
+    app,
+    common::Common,
+    headless,
     plugin::{Limits, offer_patience, set_limits},
-    report,
+    report, say,
 };
 
 /// A living sea: run it, render it, write plugins for it.
@@ -33,32 +35,6 @@ struct Cli {
     command: Option<Command>,
 }
 
-/// Options that every command understands.
-#[derive(clap::Args, Clone, Debug, Default)]
-pub struct Common {
-    /// Machine-readable answer on standard output.
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// Look for plugins in this folder, too (before those beside the program).
-    #[arg(long, global = true, value_name = "DIR")]
-    pub plugin_dir: Vec<PathBuf>,
-    /// Vulkan device: its index or a part of its name, as `reef doctor` lists them.
-    #[arg(long, global = true, value_name = "DEVICE")]
-    pub device: Option<String>,
-    /// Threads that simulate; all cores without it.
-    #[arg(long, global = true, value_name = "N", value_parser = workers)]
-    pub workers: Option<usize>,
-    /// Seed in place of the scene's.
-    #[arg(long, global = true, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Folder of assets; found beside the program or the workspace without it.
-    #[arg(long, global = true, value_name = "DIR")]
-    pub assets: Option<PathBuf>,
-    /// Stop a plugin's step after it worked for so long; 0.25 in the window and with --watch, 60 in runs without hurry.
-    #[arg(long, global = true, value_name = "SECONDS", value_parser = patience)]
-    pub patience: Option<Duration>,
-}
-
 #[derive(clap::Subcommand, Debug)]
 enum Command {
     /// Render frames of a scene to a picture, a folder or a video.
@@ -78,23 +54,6 @@ enum Command {
     /// Compile the shaders that the program embeds.
     #[command(hide = true)]
     Shaders(headless::shaders::Args),
-}
-
-/// A number of workers that a machine can have.
-fn workers(text: &str) -> Result<usize, String> {
-    let most = crate::plugin::generation::MAX_WORKERS;
-    match text.parse() {
-        Ok(workers) if (1..=most).contains(&workers) => Ok(workers),
-        _ => Err(format!("a whole number from 1 to {most} is wanted")),
-    }
-}
-
-/// How long a step may take.
-fn patience(text: &str) -> Result<Duration, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.001..=1e6).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        _ => Err("0.001 to 1000000 seconds".to_owned()),
-    }
 }
 
 /// How long plugins may take in this command: where people wait for pictures, a step that is late is a fault; a run that
@@ -139,7 +98,7 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(args)) => headless::doctor::run(common, args),
         Some(Command::Shaders(args)) => headless::shaders::run(common, args),
     };
-    match outcome.and_then(|()| open::all_said()) {
+    match outcome.and_then(|()| say::all_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             report::tell(&failure.report);

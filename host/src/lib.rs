@@ -7,6 +7,7 @@
 pub mod app;
 pub mod bounded;
 pub mod cli;
+pub mod common;
 pub mod failure;
 pub mod files;
 pub mod gpu;
@@ -18,4 +19,5 @@ pub mod plain;
 pub mod plugin;
 pub mod render;
 pub mod report;
+pub mod say;
 pub mod world;

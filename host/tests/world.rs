@@ -5,9 +5,10 @@ use std::{fs, path::PathBuf};
 use reef::{
     plugin::Registry,
     world::{
-        Options, Timeline, World, foreign_id,
+        Options, Timeline, World,
         frame::CameraPose,
         hash::{Chain, Digest},
+        identity::foreign_id,
         journal::Journal,
         record,
         scene::{self, reference},

@@ -23,7 +23,7 @@ use winit::platform::x11::EventLoopBuilderExtX11;
 use crate::{
     failure::{Failure, Outcome},
     gpu::packages,
-    open,
+    open, say,
 };
 #[cfg(target_os = "linux")]
 use connection::{Environment, System};
@@ -50,7 +50,7 @@ pub struct Args {
 const LARGEST: u32 = 4096;
 
 /// Opens the window and runs until it is closed.
-pub fn run(common: &crate::cli::Common, args: &Args) -> Outcome {
+pub fn run(common: &crate::common::Common, args: &Args) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
     let scene = args.scene.as_deref().unwrap_or(Path::new(open::DEFAULT_SCENE));
     // Nobody compares a run that cannot be replayed.
@@ -67,7 +67,7 @@ pub fn run(common: &crate::cli::Common, args: &Args) -> Outcome {
     }
     ran.map_err(|error| Failure::machine(miette::miette!("the window system failed: {error}")))?;
     if common.json {
-        open::say(serde_json::json!(summary));
+        say::say(serde_json::json!(summary));
     }
     Ok(())
 }

@@ -5,8 +5,8 @@ use glam::DVec3;
 
 use crate::world::{
     environment::Terrain,
-    foreign_id,
     frame::{Frame, bounding_sphere},
+    identity::foreign_id,
 };
 
 /// Reach of a pick [m]: nothing can be made out farther away.

@@ -7,12 +7,12 @@ use std::{
 
 use super::panel::model::{Level, PanelModel, ParamKind, ParamView, PluginView};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
+    headless::show,
     live::{Live, REMEMBER, Standing},
     open,
     plugin::{self, Health, Registry},
-    render::markers::Markers,
     world::{
         Blend, Options, Timeline, World,
         environment::{Environment, Terrain},
@@ -233,7 +233,7 @@ impl Sea {
         model.timing.dt_ms = (world.clock().dt * 1000.0) as f32;
         model.clock.speed = self.timeline.speed();
         model.view.debug = world.debug();
-        model.view.ask(Markers::of(&world.scene().file.scene));
+        model.view.ask(show::markers(&world.scene().file.scene));
         model.view.debug_present = 0;
         model.plugins = world
             .modules()

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     gpu::{DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine, packages, self_test},
-    open::say,
+    say::say,
 };
 
 /// Options of `reef doctor`.

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 #[cfg(target_os = "linux")]
 use crate::headless::check;
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     headless::scaffold,
-    open::{say, shown},
     plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
+    say::{say, shown},
 };
 
 /// Options of `reef plugin`.

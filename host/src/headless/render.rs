@@ -6,11 +6,12 @@ use serde_json::json;
 
 use super::{show::Show, sink::Sink, studio::Studio};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Validation},
-    open::{self, say, shown},
+    open,
     render::{Quality, Settings},
+    say::{self, say, shown},
 };
 
 /// Greatest side of a picture [px].
@@ -111,7 +112,7 @@ fn frames(
     let mut studio = Studio::new(gpu, size)?;
     let settings =
         Settings { detail: Settings::of(args.quality).detail, quality: args.quality, ..show.settings() };
-    let bar = open::progress(args.frames, "frames", !common.json);
+    let bar = say::progress(args.frames, "frames", !common.json);
     let began = Instant::now();
     for n in 0..args.frames {
         show.go_to(args.from + n as f64 / args.fps);

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
-    open::{self, say, shown},
-    report,
+    open, report,
+    say::{say, shown},
     world::scene::{reference, schema},
 };
 

@@ -8,10 +8,10 @@ use std::{
 };
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV},
-    open::say,
+    say::say,
 };
 
 /// Options of `reef shaders`.

@@ -8,6 +8,7 @@ use crate::{
         World,
         environment::Environment,
         frame::{CameraPose, Frame},
+        scene::format::SceneTable,
     },
 };
 
@@ -64,13 +65,18 @@ impl Show {
     pub fn settings(&self) -> Settings {
         let scene = &self.world.scene().file.scene;
         let debug_channels = if scene.debug { u32::MAX } else { 0 };
-        Settings { debug_channels, markers: Markers::of(scene), ..Settings::fine() }
+        Settings { debug_channels, markers: markers(scene), ..Settings::fine() }
     }
 
     /// The world.
     pub fn world(&mut self) -> &mut World {
         &mut self.world
     }
+}
+
+/// The markers that a scene asks for.
+pub fn markers(scene: &SceneTable) -> Markers {
+    Markers { singularities: scene.singularities, bounds: scene.bounds }
 }
 
 /// A camera between two poses.

@@ -9,12 +9,13 @@ use std::{
 use serde_json::json;
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     files::{self, Writing},
     live::REMEMBER,
-    open::{self, say},
+    open,
     plugin::Library,
+    say::{self, say},
     world::{
         Options, World,
         hash::{Chain, hex},
@@ -119,7 +120,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let writes = args.record.is_some() || args.save_state.is_some() || args.journal.is_some();
     let hashing = args.hash || args.save_state.is_some();
     let plain = !common.json;
-    let bar = open::progress(steps, "steps", plain && !(args.hash && std::io::stdout().is_terminal()));
+    let bar = say::progress(steps, "steps", plain && !(args.hash && std::io::stdout().is_terminal()));
     let mut hashes = Vec::new();
     let began = Instant::now();
     let mut simulated = 0.0;
@@ -150,7 +151,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             }
         }
         bar.inc(1);
-        if !writes && !open::is_heard() {
+        if !writes && !say::is_heard() {
             break;
         }
     }

@@ -15,12 +15,13 @@ use super::{
     subjects,
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     files,
     gpu::{Gpu, GpuOptions, Message, Picture, Validation},
-    open::{self, say},
+    open,
     render::{Quality, Settings},
+    say::{self, say},
 };
 
 /// Size of golden pictures [px].
@@ -91,7 +92,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let gpu = Gpu::open(&options)?;
     let canary = gpu.canary();
     let mut verdicts = Vec::new();
-    let bar = open::progress(scenes.len() as u64, "scenes", !common.json);
+    let bar = say::progress(scenes.len() as u64, "scenes", !common.json);
     for scene in &scenes {
         verdicts.extend(validate(common, args, scene, &golden, &gpu)?);
         bar.inc(1);

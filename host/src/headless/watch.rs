@@ -1,63 +1,17 @@
 //! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene is edited.
 
-use std::time::{Duration, Instant};
-
 use serde_json::json;
 
 use super::sim::Args;
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
-    live::{Gravity, Live, REMEMBER, sleep_until},
-    open::{self, say},
+    live::{Gravity, REMEMBER, pace},
+    open,
     plugin::{Health, pinned},
+    say::{self, say},
     world::{Options, World},
 };
-
-/// How late steps begin [s], by when they were due.
-#[derive(Clone, Debug, Default)]
-pub struct Lateness {
-    /// The latest.
-    pub worst: f64,
-    /// Steps that began more than one step's length after they were due.
-    pub late: u64,
-}
-
-/// Steps a world at the pace of its clock until `steps` are made, tending to what changes between them. `after` is called
-/// after each step with the world, what is live, and whether the step was the first of newer instances.
-pub fn pace(
-    live: &mut Live,
-    world: &mut World,
-    steps: u64,
-    mut after: impl FnMut(&mut Live, &mut World, bool) -> bool,
-) -> Lateness {
-    let dt = Duration::from_secs_f64(world.clock().dt);
-    let mut lateness = Lateness::default();
-    let mut due = Instant::now() + dt;
-    let mut swapped = false;
-    for _ in 0..steps {
-        loop {
-            swapped |= live.tend(world).swapped;
-            if Instant::now() >= due {
-                break;
-            }
-            sleep_until(due);
-        }
-        let late = due.elapsed().as_secs_f64();
-        lateness.worst = lateness.worst.max(late);
-        if late > dt.as_secs_f64() {
-            lateness.late += 1;
-            // What is lost is lost: a slow machine shows a slow sea.
-            due = Instant::now();
-        }
-        world.step();
-        if !after(live, world, std::mem::take(&mut swapped)) {
-            break;
-        }
-        due += dt;
-    }
-    lateness
-}
 
 /// Runs until it is ended, or `--steps` are made.
 pub fn run(common: &Common, args: &Args) -> Outcome {
@@ -84,7 +38,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         if is_first {
             first.push(world.clock().step);
         }
-        args.journal.is_some() || open::is_heard()
+        args.journal.is_some() || say::is_heard()
     });
     world.flush_journal().map_err(Failure::input)?;
     let counts = live.counts();

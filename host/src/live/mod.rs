@@ -7,6 +7,7 @@
 mod files;
 mod lease;
 mod ledger;
+mod pace;
 mod workshop;
 
 use std::{
@@ -21,6 +22,7 @@ use std::{
 };
 
 pub use ledger::Standing;
+pub use pace::{Lateness, pace};
 
 use crate::{
     plugin::{Health, Plugin, Registry},

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use reef_abi as abi;
 use thiserror::Error;
 
-use super::library::status_name;
+use super::names::status_name;
 
 /// Why a file is not used as a plugin.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

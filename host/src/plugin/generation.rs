@@ -15,7 +15,7 @@ use std::{
 
 use super::{
     guard::{self, Fate, Resident, Watch},
-    instance::Health,
+    health::Health,
     pool::{self, Pool, STACK},
 };
 

@@ -2,20 +2,7 @@
 
 use reef_abi as abi;
 
-/// The sea bed under the scene.
-#[derive(Clone, Copy, Debug)]
-pub struct Heightfield<'a> {
-    /// y [m], `rows * columns`, row after row along z, columns along x.
-    pub heights: &'a [f32],
-    /// x and z of the first height [m].
-    pub origin: [f64; 2],
-    /// Distance between two heights [m].
-    pub cell: f32,
-    /// Heights along x.
-    pub columns: u32,
-    /// Heights along z.
-    pub rows: u32,
-}
+use crate::world::environment::Heightfield;
 
 /// One step's input, the same for every instance.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
 
-use super::{error::Refusal, image::Image, services::version_text};
+use super::{error::Refusal, image::Image, names::version_text};
 use crate::bounded;
 
 /// Largest file that is looked at [bytes].

@@ -14,10 +14,12 @@ use super::{
     error::PluginError,
     generation::Generation,
     guard,
+    health::Health,
     info::PluginInfo,
     input::StepInput,
-    library::{Plugin, status_name},
+    library::Plugin,
     marker,
+    names::status_name,
     recorder::Recorder,
     services::{Figure, Services},
     streams::Outputs,
@@ -25,19 +27,6 @@ use super::{
 
 /// Largest state of one instance [bytes].
 const LARGEST_STATE: usize = 1 << 32;
-
-/// In what state an instance is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Health {
-    /// It steps.
-    Running,
-    /// It said that it needs a reset or a loaded state: its last outputs stand still until then.
-    Stopped(String),
-    /// It, or its library, is at fault (a panic, an output that is no number, too much of it): its last outputs stand
-    /// still. A reset or a loaded state gives it another chance, unless the library's code was stopped (a signal, a call
-    /// that did not end): then no instance of the library is called again.
-    Faulty(String),
-}
 
 /// How a step ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

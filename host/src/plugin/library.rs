@@ -21,7 +21,8 @@ use super::{
     image::Image,
     info::{self, PluginInfo, read_sized},
     inspect::{self, CONTRACT, Head},
-    services::{Services, version_text},
+    names::{status_name, version_text},
+    services::Services,
 };
 
 /// Most plugins in one library.
@@ -431,23 +432,6 @@ unsafe fn read_entry(entry: *const abi::Entry) -> abi::Entry {
         std::ptr::copy_nonoverlapping(entry.cast::<u8>(), (&raw mut read).cast::<u8>(), size);
     }
     read
-}
-
-/// Name of a status value.
-pub(crate) fn status_name(status: i32) -> String {
-    let name = match status {
-        abi::OK => "REEF_OK",
-        abi::SLEEP => "REEF_SLEEP",
-        abi::DISCARD => "REEF_DISCARD",
-        abi::ERROR => "REEF_ERROR",
-        abi::FATAL => "REEF_FATAL",
-        abi::UNSUPPORTED => "REEF_UNSUPPORTED",
-        abi::BAD_STATE => "REEF_BAD_STATE",
-        abi::NO_SPACE => "REEF_NO_SPACE",
-        abi::BAD_INPUT => "REEF_BAD_INPUT",
-        other => return format!("unknown status {other}"),
-    };
-    name.to_owned()
 }
 
 /// Does the file's name look like a dynamic library's?

@@ -7,7 +7,7 @@ use reef_abi as abi;
 
 use super::{
     guard, marker,
-    services::version_text,
+    names::version_text,
     streams::{Lane, Outputs, check, limit, stream_name},
     textures::TextureList,
 };

@@ -18,6 +18,7 @@ use super::{
     guard::{self, Fate},
     input::StepInput,
     marker::{self, Place},
+    names::version_text,
     pool::{self, Pool},
     scratch::{LIMIT, Scratch},
     textures::{Refused, TextureList, Textures, Wanted},
@@ -426,11 +427,6 @@ unsafe fn unsupported(ctx: *mut c_void, what: &str) -> i32 {
         }
         None => abi::BAD_INPUT,
     }
-}
-
-/// `major.minor` of a version number of the contract.
-pub(crate) fn version_text(version: u32) -> String {
-    format!("{}.{}", version >> 16, version & 0xffff)
 }
 
 unsafe extern "C" fn mesh_create(ctx: *mut c_void, _: *const abi::Mesh, _: *mut u32) -> i32 {

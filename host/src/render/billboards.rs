@@ -8,9 +8,10 @@ use bytemuck::{Pod, Zeroable};
 use reef_sprites::{Kind, Seen, Sizes};
 
 use super::{
+    formats::{DEPTH, LIGHT},
     layers::Layers,
     quality::{ByQuality, Quality},
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
     view::Lens,
 };
 use crate::{

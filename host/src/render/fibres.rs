@@ -20,11 +20,12 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
+    formats::DEPTH,
     gather::Gathered,
     layers::Layers,
     lod::{RINGS, Thresholds},
     quality::Quality,
-    targets::{DEPTH, Targets},
+    targets::Targets,
 };
 use crate::gpu::{
     Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,

@@ -1,9 +1,10 @@
 //! Debug lines: forces, moments, skeletons, over everything that is not in front of them.
 
 use super::{
+    formats::{DEPTH, LIGHT},
     gather::GpuLine,
     quality::{ByQuality, Quality},
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
 };
 use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;

@@ -11,17 +11,17 @@ use glam::{DVec3, Vec3};
 use reef_abi as abi;
 
 use super::{
+    formats::{DEPTH, LIGHT},
     gather::GpuLine,
     quality::{ByQuality, Quality},
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
     view::Lens,
 };
 use crate::{
     gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload},
     world::{
-        foreign_id,
         frame::{Frame, bounding_sphere},
-        scene::format::SceneTable,
+        identity::foreign_id,
     },
 };
 
@@ -52,13 +52,6 @@ pub struct Markers {
     pub singularities: bool,
     /// Where they end, and the bounding spheres of the objects that have fibres.
     pub bounds: bool,
-}
-
-impl Markers {
-    /// What a scene asks for.
-    pub fn of(scene: &SceneTable) -> Self {
-        Self { singularities: scene.singularities, bounds: scene.bounds }
-    }
 }
 
 /// `Marker` of `shaders/marker.vert`.

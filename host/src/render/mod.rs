@@ -22,6 +22,7 @@ mod device_tests;
 #[cfg(test)]
 mod fibre_tests;
 pub mod fibres;
+mod formats;
 pub mod gather;
 pub mod layers;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::targets::{LIGHT, SHOWN};
+use super::formats::{LIGHT, SHOWN};
 use crate::gpu::{Gpu, GraphicsDesc, Pipeline, Result};
 
 /// How much work a picture may be.

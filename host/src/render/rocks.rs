@@ -6,9 +6,10 @@ use glam::{DVec3, Vec3};
 
 use super::{
     boulder::{Ball, RockVertex, SUBDIVISIONS, vertices},
+    formats::{DEPTH, LIGHT},
     quality::{ByQuality, Quality},
     sunlit::Sunlight,
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
     terrain::GroundTextures,
     view::Lens,
 };

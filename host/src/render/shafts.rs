@@ -6,7 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};
 
 use super::{
-    targets::{DEPTH, LIGHT, Targets},
+    formats::{DEPTH, LIGHT},
+    targets::Targets,
     view::Lens,
     water::Caustics,
 };

@@ -1,8 +1,9 @@
 //! The background: the water's own light and the surface from below, where nothing else was drawn.
 
 use super::{
+    formats::{DEPTH, LIGHT},
     quality::{ByQuality, Quality},
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
 };
 use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;

@@ -2,15 +2,8 @@
 
 use ash::vk;
 
-use super::quality::Quality;
+use super::{formats::DEPTH, quality::Quality};
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
-
-/// Format of scene light.
-pub const LIGHT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// Format of what the display shows, in which low quality draws at once.
-pub const SHOWN: vk::Format = vk::Format::R8G8B8A8_UNORM;
-/// Format of depth: 1 at the near plane, 0 infinitely far away.
-pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
 /// What the passes draw into.
 #[derive(Clone, Copy)]

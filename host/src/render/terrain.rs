@@ -7,11 +7,12 @@ use glam::DVec2;
 
 use super::{
     contact::{self, ContactMap},
+    formats::{DEPTH, LIGHT},
     gather::Stander,
     noise,
     quality::{ByQuality, Quality},
     sand,
-    targets::{DEPTH, LIGHT, Targets},
+    targets::Targets,
     tiles,
     view::{Lens, View},
 };

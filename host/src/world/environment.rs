@@ -5,8 +5,6 @@ use std::sync::Arc;
 use glam::Vec3;
 use reef_abi as abi;
 
-use crate::plugin::Heightfield;
-
 /// How water changes light, per metre at 620/540/460 nm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaterOptics {
@@ -61,6 +59,21 @@ pub struct Terrain {
     pub rocks: Vec<Rock>,
     /// Sand ripples, for the eye only.
     pub ripples: Ripples,
+}
+
+/// The sea bed as modules read it.
+#[derive(Clone, Copy, Debug)]
+pub struct Heightfield<'a> {
+    /// y [m], `rows * columns`, row after row along z, columns along x.
+    pub heights: &'a [f32],
+    /// x and z of the first height [m].
+    pub origin: [f64; 2],
+    /// Distance between two heights [m].
+    pub cell: f32,
+    /// Heights along x.
+    pub columns: u32,
+    /// Heights along z.
+    pub rows: u32,
 }
 
 /// Sand ripples on the bed.

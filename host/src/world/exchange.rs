@@ -1,28 +1,14 @@
 //! What modules tell one another: flow and actors of the step before, in an order that depends on the scene only.
-//!
-//! An object's id is unique within its module. What one module hears of another's objects carries the module's number in
-//! the id's highest bits, so that no object takes a stranger's flow for its own; its own ids come back as it gave them.
 
 use std::sync::Arc;
 
 use reef_abi as abi;
 
-use super::water::{Attached, Objects};
+use super::{
+    identity::foreign_id,
+    water::{Attached, Objects},
+};
 use crate::plugin::streams::Outputs;
-
-/// Bits of an id below the number of the module.
-const MODULE_SHIFT: u32 = 48;
-
-/// The id by which other modules know an object.
-pub fn foreign_id(module: usize, object: u64) -> u64 {
-    if object == 0 { 0 } else { object ^ ((module as u64 + 1) << MODULE_SHIFT) }
-}
-
-/// The id that a module itself gave an object which it may know by its foreign id: its own, or a stranger's as it is.
-pub(super) fn own_id(module: usize, object: u64) -> u64 {
-    let own = foreign_id(module, object);
-    if own >> MODULE_SHIFT == 0 { own } else { object }
-}
 
 /// Ids and origins of a module's objects.
 #[derive(Clone, Debug)]
@@ -230,7 +216,7 @@ impl Objects for Exchange {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::identity::own_id, *};
 
     fn flow(owner: u64, strength: f32) -> abi::Flow {
         abi::Flow { owner, strength, ..abi::Flow::default() }

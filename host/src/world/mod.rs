@@ -13,6 +13,7 @@ pub mod environment;
 mod exchange;
 pub mod frame;
 pub mod hash;
+pub mod identity;
 pub mod journal;
 pub mod random;
 mod recent;
@@ -27,6 +28,5 @@ pub mod timeline;
 pub mod water;
 pub mod waves;
 
-pub use exchange::foreign_id;
 pub use sea::{Options, World, WorldError};
 pub use timeline::{Blend, Timeline};

@@ -7,7 +7,7 @@ use std::{collections::VecDeque, sync::Arc};
 
 use reef_abi as abi;
 
-use super::{environment::Environment, exchange::Exchange, swap::Job};
+use super::{environment::Environment, exchange::Exchange};
 use crate::plugin::StepInput;
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].
@@ -129,6 +129,14 @@ pub(super) struct Frozen {
     pub(super) stale: bool,
 }
 
+/// Somebody who wants to hear of every step.
+pub(super) trait Follower: std::fmt::Debug + Send + Sync {
+    /// One more step was made. False: it wants to hear of no more.
+    fn feed(&self, moment: &Arc<Moment>) -> bool;
+    /// The sea is somewhere else now, and there is nothing left to follow.
+    fn lose(&self);
+}
+
 /// The recent past of a sea.
 #[derive(Debug)]
 pub(super) struct Recent {
@@ -141,8 +149,8 @@ pub(super) struct Recent {
     spare: Vec<Arc<Moment>>,
     pub(super) snaps: Vec<Option<Snap>>,
     pub(super) frozen: Vec<Option<Frozen>>,
-    /// Jobs that want to hear of every step.
-    pub(super) jobs: Vec<Arc<Job>>,
+    /// Those that want to hear of every step.
+    pub(super) followers: Vec<Arc<dyn Follower>>,
 }
 
 impl Recent {
@@ -155,7 +163,7 @@ impl Recent {
             spare: Vec::new(),
             snaps: vec![None; modules],
             frozen: vec![None; modules],
-            jobs: Vec::new(),
+            followers: Vec::new(),
         }
     }
 
@@ -169,8 +177,8 @@ impl Recent {
         self.moments.clear();
         self.snaps.fill(None);
         self.frozen.fill(None);
-        for job in self.jobs.drain(..) {
-            job.cancel();
+        for follower in self.followers.drain(..) {
+            follower.lose();
         }
     }
 
@@ -193,7 +201,7 @@ impl Recent {
                 frozen.stale = true;
             }
         }
-        self.jobs.retain(|job| job.feed(&moment));
+        self.followers.retain(|follower| follower.feed(&moment));
         self.moments.push_back(moment);
         let needed = self.snaps.iter().flatten().map(|snap| snap.step).min().unwrap_or(u64::MAX);
         while self.moments.front().is_some_and(|oldest| oldest.step <= needed) {

@@ -13,7 +13,7 @@ use std::{
 use reef_abi as abi;
 
 use super::{
-    recent::{Fixed, Frozen, Moment, Snap},
+    recent::{Fixed, Follower, Frozen, Moment, Snap},
     sea::World,
 };
 use crate::plugin::{Health, Instance, Plugin, PluginError, StepStatus};
@@ -110,16 +110,6 @@ impl Job {
     /// When it was ordered.
     pub fn began(&self) -> Instant {
         self.began
-    }
-
-    /// One more step was made. False: nobody wants to know any more.
-    pub(super) fn feed(&self, moment: &Arc<Moment>) -> bool {
-        if matches!(*lock(&self.phase), Phase::Failed(_) | Phase::Over) {
-            return false;
-        }
-        lock(&self.queue).push_back(moment.clone());
-        self.bell.notify_all();
-        true
     }
 
     /// Nobody waits for it any more.
@@ -236,6 +226,21 @@ impl Job {
             }
             std::thread::sleep(Duration::from_micros(200));
         }
+    }
+}
+
+impl Follower for Job {
+    fn feed(&self, moment: &Arc<Moment>) -> bool {
+        if matches!(*lock(&self.phase), Phase::Failed(_) | Phase::Over) {
+            return false;
+        }
+        lock(&self.queue).push_back(moment.clone());
+        self.bell.notify_all();
+        true
+    }
+
+    fn lose(&self) {
+        self.cancel();
     }
 }
 
@@ -380,7 +385,7 @@ impl World {
             queue: Mutex::new(moments.into_values().collect()),
             bell: Condvar::new(),
         });
-        recent.jobs.push(job.clone());
+        recent.followers.push(job.clone());
         Some(job)
     }
 

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::{measure::median, report::Report};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,

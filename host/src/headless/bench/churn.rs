@@ -13,7 +13,7 @@ use super::{
     report::{Bar, Report},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     open,
     plugin::{Library, copies, image::Image, pinned},

@@ -17,7 +17,7 @@ use super::{
     report::{Bar, Report},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     open,
     plugin::{Registry, generation::Generation},

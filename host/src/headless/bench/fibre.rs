@@ -20,7 +20,7 @@ use super::{
     report::{Bar, Report},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     open,
     plugin::{Health, Registry},

@@ -17,9 +17,9 @@ use report::Report;
 use serde_json::json;
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
-    open::say,
+    say::say,
     world::scene::check::{did_you_mean, nearest},
 };
 

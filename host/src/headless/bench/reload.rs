@@ -13,10 +13,9 @@ use std::{
 
 use super::report::{Bar, Report};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
-    headless::watch::pace,
-    live::{Arrival, Live, REMEMBER, Setup},
+    live::{Arrival, Live, REMEMBER, Setup, pace},
     open,
     plugin::{Registry, copies},
     world::{Options, World, scene},

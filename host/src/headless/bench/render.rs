@@ -14,7 +14,7 @@ use super::{
     report::{Bar, Report},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,

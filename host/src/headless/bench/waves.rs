@@ -21,7 +21,7 @@ use super::{
     report::{Bar, Report},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     open,
     plugin::Registry,

@@ -14,7 +14,7 @@ use super::{
     table,
     verdict::{Not, Outcome, Verdict},
 };
-use crate::cli::Common;
+use crate::common::Common;
 
 /// Not a check: tells the ids of the library's plugins.
 pub(super) const PLUGINS: &str = "plugins";

@@ -41,9 +41,9 @@ use strsim::normalized_levenshtein;
 
 use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
-    open::say,
+    say::say,
 };
 
 /// Options of `reef plugin check`.

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 
 use super::{Args, group, limit, verdict::Verdict};
 use crate::{
-    cli::Common,
+    common::Common,
     failure::Failure,
     headless::listen::{last_lines, listen},
 };

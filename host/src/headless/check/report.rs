@@ -9,7 +9,7 @@ use super::{
     table::{self, Rule},
     verdict::Verdict,
 };
-use crate::open::shown;
+use crate::say::shown;
 
 /// Room for the names of checks.
 const WIDTH: usize = 26;

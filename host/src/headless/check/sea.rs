@@ -2,7 +2,7 @@
 
 use reef_abi as abi;
 
-use crate::plugin::{Heightfield, StepInput};
+use crate::{plugin::StepInput, world::environment::Heightfield};
 
 /// What a step's input refers to.
 #[derive(Clone, Debug)]

@@ -17,7 +17,7 @@ use super::{
     verdict::{Not, broken},
 };
 use crate::{
-    cli::Common,
+    common::Common,
     plugin::{
         Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
         envelope::Envelope, image::Image, inspect, streams::Outputs,

@@ -11,10 +11,10 @@ use std::{
 use serde_json::json;
 
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     files,
-    open::{say, shown},
+    say::{say, shown},
 };
 
 /// Options of `reef plugin new`.

@@ -21,12 +21,13 @@ use super::{
     validate::stem,
 };
 use crate::{
-    cli::Common,
+    common::Common,
     failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Picture, Validation},
-    open::{self, say},
+    open,
     plugin::{Registry, streams::Outputs},
     render::{Settings, Shot},
+    say::{self, say},
     world::{Options, World, environment::Environment, frame::Frame, scene::Scene},
 };
 
@@ -47,7 +48,7 @@ pub fn run(common: &Common, scenes: &[PathBuf]) -> Outcome {
     let options = GpuOptions::from_environment(common.device.clone(), Validation::Off);
     let gpu = Gpu::open(&options)?;
     let mut studio = Studio::new(&gpu, SIZE)?;
-    let bar = open::progress(scenes.len() as u64, "scenes", !common.json);
+    let bar = say::progress(scenes.len() as u64, "scenes", !common.json);
     let mut all = Vec::new();
     for path in scenes {
         all.push(look(common, path, &plugins, &mut studio)?);

@@ -8,7 +8,8 @@ use super::super::{
     error::PluginError,
     input::StepInput,
     instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, generation, read, write},
-    library::{Plugin, status_name},
+    library::Plugin,
+    names::status_name,
     services::Services,
     textures::Refused,
 };
