@@ -3,13 +3,13 @@
 use std::{process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
+use reef_report::{diagnostic, say};
 
 use crate::{
     app,
     common::Common,
     headless,
     plugin::{Limits, offer_patience, set_limits},
-    report, say,
 };
 
 /// A living sea: run it, render it, write plugins for it.
@@ -78,8 +78,8 @@ pub fn main() -> ExitCode {
             format!("{} stands before the command: the scene of a command follows it", scene.display());
         Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
     }
-    crate::log::init();
-    if let Err(error) = crate::files::remove_at_signals() {
+    reef_report::log::init();
+    if let Err(error) = reef_files::remove_at_signals() {
         tracing::warn!("a signal may leave files named .reef-*.part: {error}");
     }
     let common = &cli.common;
@@ -101,7 +101,7 @@ pub fn main() -> ExitCode {
     match outcome.and_then(|()| say::all_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            report::tell(&failure.report);
+            diagnostic::tell(&failure.report);
             ExitCode::from(failure.code)
         }
     }

@@ -5,19 +5,12 @@
 //! [`headless`] everything that needs none; [`cli`] is the door to both.
 
 pub mod app;
-pub mod bounded;
 pub mod cli;
 pub mod common;
-pub mod failure;
-pub mod files;
 pub mod gpu;
 pub mod headless;
 pub mod live;
-pub mod log;
 pub mod open;
-pub mod plain;
 pub mod plugin;
 pub mod render;
-pub mod report;
-pub mod say;
 pub mod world;

@@ -5,9 +5,10 @@ use std::{
     thread,
 };
 
+use reef_report::failure::Failure;
+
 use crate::{
     common::Common,
-    failure::Failure,
     live::{Live, Setup},
     plugin::Registry,
     world::{

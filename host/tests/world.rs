@@ -6,9 +6,7 @@ use reef::{
     plugin::Registry,
     world::{
         Options, Timeline, World,
-        frame::CameraPose,
         hash::{Chain, Digest},
-        identity::foreign_id,
         journal::Journal,
         record,
         scene::{self, reference},
@@ -16,6 +14,7 @@ use reef::{
     },
 };
 use reef_sdk::{Chunks, prelude::*};
+use reef_streams::{frame::CameraPose, identity::foreign_id};
 
 /// Bodies that drift with the water, push it themselves, and follow the actors that they hear of.
 struct Drifters {

@@ -4,8 +4,7 @@
 //! so two half frames give the same view as one whole. What it shows never reaches the simulation.
 
 use glam::{DQuat, DVec3, EulerRot, Quat};
-
-use crate::world::frame::CameraPose;
+use reef_streams::frame::CameraPose;
 
 /// Lag of turning and zooming [s]: short enough to feel attached to the hand, long enough to hide uneven frames.
 const HAND_LAG: f64 = 0.06;

@@ -20,13 +20,13 @@ use winit::event_loop::EventLoop;
 #[cfg(target_os = "linux")]
 use winit::platform::x11::EventLoopBuilderExtX11;
 
-use crate::{
-    failure::{Failure, Outcome},
-    gpu::packages,
-    open, say,
-};
+use crate::{gpu::packages, open};
 #[cfg(target_os = "linux")]
 use connection::{Environment, System};
+use reef_report::{
+    failure::{Failure, Outcome},
+    say,
+};
 use sea::Sea;
 use window::{Shell, Wishes};
 

@@ -2,8 +2,7 @@
 //! the simulation by itself.
 
 use glam::DVec3;
-
-use crate::world::{
+use reef_streams::{
     environment::Terrain,
     frame::{Frame, bounding_sphere},
     identity::foreign_id,

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::files;
+use reef_files as files;
 
 /// Why a picture could not be kept.
 #[derive(Debug, thiserror::Error)]

@@ -5,18 +5,21 @@ use std::{
     sync::Arc,
 };
 
+use reef_report::failure::Failure;
+use reef_streams::{
+    environment::{Environment, Terrain},
+    frame::{CameraPose, Frame},
+};
+
 use super::panel::model::{Level, PanelModel, ParamKind, ParamView, PluginView};
 use crate::{
     common::Common,
-    failure::Failure,
     headless::show,
     live::{Live, REMEMBER, Standing},
     open,
     plugin::{self, Health, Registry},
     world::{
         Blend, Options, Timeline, World,
-        environment::{Environment, Terrain},
-        frame::{CameraPose, Frame},
         hash::{Chain, hex},
         water::Poke,
     },

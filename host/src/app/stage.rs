@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use reef_report::failure::Failure;
 use winit::{
     raw_window_handle::{HasDisplayHandle, HasWindowHandle},
     window::Window,
@@ -13,7 +14,6 @@ use super::{
     screenshot,
 };
 use crate::{
-    failure::Failure,
     gpu::{Frames, Gpu, GpuError, GpuOptions, Load, Picture, Signals, Swapchain, Validation},
     render::{Quality, Renderer, Settings, Shot, lod::Thresholds, offscreen_image},
 };

@@ -6,6 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_report::{failure::Failure, log};
+use reef_streams::frame::CameraPose;
 use winit::{
     application::ApplicationHandler,
     dpi::{LogicalSize, PhysicalSize, Size},
@@ -26,7 +28,7 @@ use super::{
     stage::Stage,
     stir::{Stirring, Touch},
 };
-use crate::{failure::Failure, log, render::Shot, world::frame::CameraPose};
+use crate::render::Shot;
 
 /// How often the sea moves on while nothing is drawn.
 const UNSEEN: Duration = Duration::from_millis(100);

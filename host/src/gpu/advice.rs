@@ -60,7 +60,7 @@ fn fault_of(path: &Path) -> Option<String> {
     if path.is_dir() {
         return None;
     }
-    let text = match crate::bounded::read_text(path, LARGEST) {
+    let text = match reef_files::bounded::read_text(path, LARGEST) {
         Ok(text) => text,
         Err(error) => return Some(error.to_string()),
     };

@@ -1,8 +1,7 @@
 //! What can go wrong between Reef and the graphics card, each with the way out where there is one.
 
 use ash::vk;
-
-use crate::failure::Failure;
+use reef_report::failure::Failure;
 
 /// Result of everything in [`crate::gpu`].
 pub type Result<T> = std::result::Result<T, GpuError>;

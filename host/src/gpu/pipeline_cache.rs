@@ -6,9 +6,9 @@ use std::{
 };
 
 use ash::vk;
+use reef_files::bounded;
 
 use super::{device::DeviceInfo, instance::Instance};
-use crate::bounded;
 
 /// A cache larger than this is not read: something is wrong with it.
 const MOST_BYTES: u64 = 256 << 20;

@@ -1,12 +1,14 @@
 //! `reef doctor`: devices, drivers, layers, what is missing and the command that installs it.
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::say,
+};
 use serde::Serialize;
 
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     gpu::{DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine, packages, self_test},
-    say::say,
 };
 
 /// Options of `reef doctor`.

@@ -9,15 +9,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{
-    container::{self, Container},
+use reef_files::Writing;
+use reef_report::{
+    failure::{Failure, Outcome},
     listen::{last_lines, listen},
 };
-use crate::{
-    failure::{Failure, Outcome},
-    files::Writing,
-    gpu::{Picture, packages},
-};
+
+use super::container::{self, Container};
+use crate::gpu::{Picture, packages};
 
 /// How long ffmpeg may take to end after it gave up reading pictures [s].
 const PATIENCE: Duration = Duration::from_secs(5);

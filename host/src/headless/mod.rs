@@ -7,7 +7,6 @@ pub mod compare;
 mod container;
 pub mod doctor;
 mod film;
-mod listen;
 pub mod moments;
 pub mod pictures;
 pub mod plugins;

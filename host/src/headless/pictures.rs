@@ -6,10 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{
-    files::{WriteError, Writing},
-    gpu::Picture,
-};
+use reef_files::{WriteError, Writing};
+
+use crate::gpu::Picture;
 
 /// Greatest side of a picture that is read [px].
 const MOST: u32 = 16_384;

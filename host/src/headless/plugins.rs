@@ -2,16 +2,18 @@
 
 use std::fmt::Write;
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{say, shown},
+};
 use serde_json::{Value, json};
 
 #[cfg(target_os = "linux")]
 use crate::headless::check;
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     headless::scaffold,
     plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
-    say::{say, shown},
 };
 
 /// Options of `reef plugin`.

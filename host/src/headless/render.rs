@@ -2,16 +2,18 @@
 
 use std::{path::PathBuf, time::Instant};
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{self, say, shown},
+};
 use serde_json::json;
 
 use super::{show::Show, sink::Sink, studio::Studio};
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Validation},
     open,
     render::{Quality, Settings},
-    say::{self, say, shown},
 };
 
 /// Greatest side of a picture [px].

@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
+use reef_report::{
+    diagnostic,
+    failure::{Failure, Outcome},
+    say::{say, shown},
+};
 use serde_json::json;
 
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
-    open, report,
-    say::{say, shown},
+    open,
     world::scene::{reference, schema},
 };
 
@@ -55,7 +58,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
                         }
                         // The last failure ends the command; those before it are told here.
                         if let Some(before) = failed.replace(failure) {
-                            report::tell(&before.report);
+                            diagnostic::tell(&before.report);
                         }
                     }
                 }

@@ -7,11 +7,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::say,
+};
+
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV},
-    say::say,
 };
 
 /// Options of `reef shaders`.

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use reef_streams::{
+    environment::Environment,
+    frame::{CameraPose, Frame},
+};
+
 use crate::{
     render::{Settings, Shot, markers::Markers},
-    world::{
-        World,
-        environment::Environment,
-        frame::{CameraPose, Frame},
-        scene::format::SceneTable,
-    },
+    world::{World, scene::format::SceneTable},
 };
 
 /// A world that is shown moment by moment.

@@ -6,16 +6,19 @@ use std::{
     time::Instant,
 };
 
+use reef_files as files;
+use reef_files::Writing;
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{self, say},
+};
 use serde_json::json;
 
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
-    files::{self, Writing},
     live::REMEMBER,
     open,
     plugin::Library,
-    say::{self, say},
     world::{
         Options, World,
         hash::{Chain, hex},

@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
+use reef_files::{Folder, Writing};
+use reef_report::failure::{Failure, Outcome};
+
 use super::{
     container::Container,
     film::Film,
     pictures::{encode_png, write_png_fast},
 };
-use crate::{
-    failure::{Failure, Outcome},
-    files::{Folder, Writing},
-    gpu::Picture,
-};
+use crate::gpu::Picture;
 
 /// Where pictures go. Nothing of it can be seen before [`Sink::finish`].
 #[derive(Debug)]

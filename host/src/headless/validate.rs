@@ -2,6 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use reef_files as files;
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{self, say},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -16,12 +21,9 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
-    files,
     gpu::{Gpu, GpuOptions, Message, Picture, Validation},
     open,
     render::{Quality, Settings},
-    say::{self, say},
 };
 
 /// Size of golden pictures [px].

@@ -1,15 +1,17 @@
 //! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene is edited.
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{self, say},
+};
 use serde_json::json;
 
 use super::sim::Args;
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     live::{Gravity, REMEMBER, pace},
     open,
     plugin::{Health, pinned},
-    say::{self, say},
     world::{Options, World},
 };
 

@@ -20,9 +20,10 @@ use notify::{
     Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher,
     event::{AccessKind, AccessMode, CreateKind, ModifyKind, RemoveKind, RenameMode},
 };
+use reef_files::bounded;
 
 use super::lease::{Lease, Writers};
-use crate::{bounded, plugin::image::Image};
+use crate::plugin::image::Image;
 
 /// Where nobody says that a file is whole: it has not changed for so long.
 const QUIET: Duration = Duration::from_millis(150);

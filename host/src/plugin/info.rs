@@ -87,7 +87,7 @@ pub struct PluginInfo {
 }
 
 fn shown<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
-    path.as_deref().map(crate::say::shown).serialize(serializer)
+    path.as_deref().map(reef_report::say::shown).serialize(serializer)
 }
 
 impl PluginInfo {

@@ -1,8 +1,7 @@
 //! What a step may read, as the world holds it; [`StepInput::raw`] spells it for the contract.
 
 use reef_abi as abi;
-
-use crate::world::environment::Heightfield;
+use reef_streams::environment::Heightfield;
 
 /// One step's input, the same for every instance.
 #[derive(Clone, Copy, Debug)]

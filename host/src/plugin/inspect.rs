@@ -5,9 +5,9 @@ use std::{fs, path::Path};
 
 use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
+use reef_files::bounded;
 
 use super::{error::Refusal, image::Image, names::version_text};
-use crate::bounded;
 
 /// Largest file that is looked at [bytes].
 const LARGEST: u64 = 1 << 30;

@@ -4,6 +4,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use reef_abi as abi;
+use reef_streams::{
+    Outputs,
+    environment::Environment,
+    frame::{CameraPose, Frame},
+    textures::Texture,
+};
 
 use super::{
     Settings, Shot,
@@ -13,11 +19,6 @@ use super::{
 use crate::{
     gpu::{Gpu, Picture},
     headless::studio::Studio,
-    plugin::{streams::Outputs, textures::Texture},
-    world::{
-        environment::Environment,
-        frame::{CameraPose, Frame},
-    },
 };
 
 /// At 2 m the picture has this many pixels a metre: half its height over the tangent of half a radian, over 2 m.

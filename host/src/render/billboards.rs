@@ -14,12 +14,9 @@ use super::{
     targets::Targets,
     view::Lens,
 };
-use crate::{
-    gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
-        SamplerDesc, Upload,
-    },
-    world,
+use crate::gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
+    SamplerDesc, Upload,
 };
 
 /// Least diameter of a sprite in the picture [px].
@@ -87,7 +84,7 @@ impl Billboards {
         &mut self,
         frame: &mut Frame<'_>,
         view: Upload,
-        (sea, back): (&world::frame::Frame, f32),
+        (sea, back): (&reef_streams::frame::Frame, f32),
         (lens, samples, quality): (&Lens, u32, Quality),
         layers: &mut Layers,
         targets: &Targets<'_>,

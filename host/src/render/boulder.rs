@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use bytemuck::{Pod, Zeroable};
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::Vec3;
+use reef_streams::environment::{Rock, Terrain};
 
 use super::sunlit::Sunlight;
-use crate::world::environment::{Rock, Terrain};
 
 /// Subdivisions of the icosahedron, finest first.
 pub const SUBDIVISIONS: [u32; 4] = [4, 3, 2, 1];

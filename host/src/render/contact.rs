@@ -2,9 +2,9 @@
 //! It gives everything a skirt of shade, so that nothing seems to float.
 
 use glam::{DVec2, Vec2};
+use reef_streams::environment::{Environment, Rock};
 
 use super::gather::Stander;
-use crate::world::environment::{Environment, Rock};
 
 /// Side of the map [px].
 pub const SIZE: usize = 512;

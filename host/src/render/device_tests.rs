@@ -5,6 +5,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
 use reef_abi as abi;
+use reef_streams::{
+    Outputs,
+    environment::{Environment, Sun},
+    frame::{CameraPose, Frame},
+    textures::Texture,
+};
 
 use super::{
     Quality, Settings, Shot,
@@ -18,11 +24,6 @@ use super::{
 use crate::{
     gpu::{Gpu, GpuOptions, Picture, Validation},
     headless::{pictures::write_png, studio::Studio},
-    plugin::{streams::Outputs, textures::Texture},
-    world::{
-        environment::{Environment, Sun},
-        frame::{CameraPose, Frame},
-    },
 };
 
 pub(super) const SIZE: (u32, u32) = (640, 360);

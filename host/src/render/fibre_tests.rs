@@ -5,18 +5,17 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
+use reef_streams::{
+    Outputs,
+    environment::{Environment, Sun},
+};
 
 use super::{
     Quality, Settings, Shot,
     device_tests::{SIZE, blackboard, decoded, keep, open},
     sample,
 };
-use crate::{
-    gpu::Picture,
-    headless::studio::Studio,
-    plugin::streams::Outputs,
-    world::environment::{Environment, Sun},
-};
+use crate::{gpu::Picture, headless::studio::Studio};
 
 /// Pictures of three seconds.
 const PICTURES: usize = 91;

@@ -5,9 +5,9 @@ use std::{collections::HashMap, sync::Arc};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
+use reef_streams::{Outputs, frame::Frame};
 
 use super::{layers::Catalogue, lod::RIBBON, view::Lens};
-use crate::{plugin::streams::Outputs, world::frame::Frame};
 
 /// `Fibre` of `shaders/fibre.glsl`.
 #[repr(C)]

@@ -8,12 +8,9 @@ use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
 use reef_sprites::{Layer, linear};
+use reef_streams::{frame::Frame, textures::Texture};
 
-use crate::{
-    gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc},
-    plugin::textures::Texture,
-    world::frame::Frame,
-};
+use crate::gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc};
 
 /// Texels along a side of a layer.
 pub const SIDE: usize = 64;

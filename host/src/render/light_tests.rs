@@ -3,18 +3,17 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use reef_streams::{
+    Outputs,
+    environment::{Environment, Rock, Sun, Terrain},
+};
 
 use super::{
     Quality, Settings, Shot,
     device_tests::{keep, open},
     sample,
 };
-use crate::{
-    gpu::Picture,
-    headless::studio::Studio,
-    plugin::streams::Outputs,
-    world::environment::{Environment, Rock, Sun, Terrain},
-};
+use crate::{gpu::Picture, headless::studio::Studio};
 
 const SIZE: (u32, u32) = (320, 180);
 

@@ -9,6 +9,10 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
+use reef_streams::{
+    frame::{Frame, bounding_sphere},
+    identity::foreign_id,
+};
 
 use super::{
     formats::{DEPTH, LIGHT},
@@ -17,13 +21,7 @@ use super::{
     targets::Targets,
     view::Lens,
 };
-use crate::{
-    gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload},
-    world::{
-        frame::{Frame, bounding_sphere},
-        identity::foreign_id,
-    },
-};
+use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload};
 
 /// SIDES · RINGS · 6 of `shaders/marker.vert`.
 const VERTICES: u32 = 28 * 14 * 6;
@@ -258,7 +256,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{plugin::streams::Outputs, render::sample};
+    use crate::render::sample;
+    use reef_streams::Outputs;
 
     fn lens() -> Lens {
         Lens::new(&sample::looking_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO), [64, 36], 60.0)

@@ -56,19 +56,17 @@ use ash::vk;
 use bytemuck::Zeroable;
 use reef_abi as abi;
 
-use crate::{
-    gpu::{self, Gpu, Image, Load, Result},
-    world::{
-        environment::{Environment, Terrain},
-        frame::{CameraPose, Frame},
-    },
-};
+use crate::gpu::{self, Gpu, Image, Load, Result};
 use billboards::Billboards;
 use fibres::Fibres;
 use layers::Layers;
 use lod::Thresholds;
 use markers::Markers;
 pub use quality::Quality;
+use reef_streams::{
+    environment::{Environment, Terrain},
+    frame::{CameraPose, Frame},
+};
 use view::{Lens, View};
 use water::{Caustics, Surface};
 

@@ -3,6 +3,7 @@
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
+use reef_streams::environment::{Rock, Terrain};
 
 use super::{
     boulder::{Ball, RockVertex, SUBDIVISIONS, vertices},
@@ -13,12 +14,8 @@ use super::{
     terrain::GroundTextures,
     view::Lens,
 };
-use crate::{
-    gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload,
-        VertexDesc,
-    },
-    world::environment::{Rock, Terrain},
+use crate::gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload, VertexDesc,
 };
 
 /// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long, at low quality

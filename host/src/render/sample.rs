@@ -4,13 +4,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, Quat, Vec3};
 use reef_abi as abi;
-
-use crate::{
-    plugin::streams::Outputs,
-    world::{
-        environment::{Environment, Ripples, Rock, Sun, Terrain, WaterOptics},
-        frame::{CameraPose, Frame},
-    },
+use reef_streams::{
+    Outputs,
+    environment::{Environment, Ripples, Rock, Sun, Terrain, WaterOptics},
+    frame::{CameraPose, Frame},
 };
 
 /// Clear reef water, 4 m deep, a rippled bed with one rock.

@@ -4,9 +4,9 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec4};
+use reef_streams::environment::Ripples;
 
 use super::noise;
-use crate::world::environment::Ripples;
 
 /// Side of the tile [px].
 pub const SIZE: usize = 1024;

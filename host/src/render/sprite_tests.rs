@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_sprites::{GpuSprite, Kind, Seen, Sizes};
+use reef_streams::{Outputs, frame::CameraPose};
 
 use super::{device_tests::half, layers::Catalogue, sample, view::Lens};
-use crate::{plugin::streams::Outputs, world::frame::CameraPose};
 
 const SIZES: Sizes = Sizes { least: 1.5, speck: 5.0 };
 

@@ -4,9 +4,9 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
+use reef_streams::environment::Rock;
 
 use super::boulder::Shape;
-use crate::world::environment::Rock;
 
 /// Directions in which a rock's radius is known: rings from pole to pole, and places around each.
 const RINGS: usize = 32;

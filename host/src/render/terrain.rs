@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 use glam::DVec2;
+use reef_streams::environment::{Environment, Ripples, Terrain as Bed};
 
 use super::{
     contact::{self, ContactMap},
@@ -16,12 +17,9 @@ use super::{
     tiles,
     view::{Lens, View},
 };
-use crate::{
-    gpu::{
-        Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load,
-        Resource, Result, SamplerDesc, Upload,
-    },
-    world::environment::{Environment, Ripples, Terrain as Bed},
+use crate::gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load, Resource,
+    Result, SamplerDesc, Upload,
 };
 
 /// What the ground's and the rocks' shaders read besides the view: noise and contact map.

@@ -3,6 +3,11 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use reef_streams::{
+    Outputs,
+    environment::{Environment, Terrain},
+    frame::CameraPose,
+};
 
 use super::{
     Quality, Settings, Shot,
@@ -12,13 +17,7 @@ use super::{
 };
 use crate::{
     headless::studio::Studio,
-    plugin::streams::Outputs,
-    world::{
-        environment::{Environment, Terrain},
-        frame::CameraPose,
-        scene::format::TerrainTable,
-        terrain,
-    },
+    world::{scene::format::TerrainTable, terrain},
 };
 
 /// The default sea's bed without its rocks.

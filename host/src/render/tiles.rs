@@ -2,9 +2,9 @@
 //! field's own cells.
 
 use glam::{DVec2, Vec3};
+use reef_streams::environment::Terrain;
 
 use super::{quality::Quality, view::Lens};
-use crate::world::environment::Terrain;
 
 /// Quads along a side of a tile, as in `shaders/terrain.vert` and `terrain_low.vert`.
 pub fn quads(quality: Quality) -> u32 {

@@ -2,11 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat4, Vec3, Vec4};
+use reef_streams::{environment::Environment, frame::CameraPose};
 
-use crate::{
-    render::water::{Caustics, SURFACE_WAVES, Surface, WAVES},
-    world::{environment::Environment, frame::CameraPose},
-};
+use crate::render::water::{Caustics, SURFACE_WAVES, Surface, WAVES};
 
 /// Distance of the near plane [m].
 pub const NEAR: f32 = 0.02;

@@ -3,8 +3,7 @@
 
 use glam::{DVec2, DVec3, Vec2};
 use reef_abi as abi;
-
-use crate::world::environment::Environment;
+use reef_streams::environment::Environment;
 
 /// Wave trains that focus light, as many as the shaders know: first the long ones, then those that make the net of lines.
 pub const WAVES: usize = 8;

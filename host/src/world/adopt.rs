@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
+use reef_streams::environment::Environment;
+
 use super::{
     camera::Camera,
-    environment::Environment,
     exchange::Exchange,
     journal::{Input, Journal, ParamInput},
     scene::Scene,

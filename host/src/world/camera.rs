@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DQuat, DVec2, DVec3, Quat};
 use reef_abi as abi;
 use reef_flow::keyframe::{Track, TrackError};
+use reef_streams::frame::CameraPose;
 
-use super::{frame::CameraPose, scene::format::CameraTable};
+use super::scene::format::CameraTable;
 
 /// Where the scene is looked at from, at any time.
 #[derive(Clone, Debug)]

@@ -3,12 +3,9 @@
 use std::sync::Arc;
 
 use reef_abi as abi;
+use reef_streams::{Outputs, identity::foreign_id};
 
-use super::{
-    identity::foreign_id,
-    water::{Attached, Objects},
-};
-use crate::plugin::streams::Outputs;
+use super::water::{Attached, Objects};
 
 /// Ids and origins of a module's objects.
 #[derive(Clone, Debug)]
@@ -216,7 +213,8 @@ impl Objects for Exchange {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::identity::own_id, *};
+    use super::*;
+    use reef_streams::identity::own_id;
 
     fn flow(owner: u64, strength: f32) -> abi::Flow {
         abi::Flow { owner, strength, ..abi::Flow::default() }

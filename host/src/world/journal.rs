@@ -11,14 +11,13 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Quat};
+use reef_files as files;
+use reef_files::{WriteError, bounded};
+use reef_streams::frame::CameraPose;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{clock::LATEST, frame::CameraPose, water::Poke};
-use crate::{
-    bounded,
-    files::{self, WriteError},
-};
+use super::{clock::LATEST, water::Poke};
 
 /// Version of the format.
 const FORMAT: u32 = 1;

@@ -6,8 +6,9 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use reef_abi as abi;
+use reef_streams::environment::Environment;
 
-use super::{environment::Environment, exchange::Exchange};
+use super::exchange::Exchange;
 use crate::plugin::StepInput;
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].

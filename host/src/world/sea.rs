@@ -8,16 +8,20 @@ use std::{
 };
 
 use reef_abi as abi;
+use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
+use reef_streams::{
+    Outputs,
+    environment::Environment,
+    frame::{CameraPose, Frame},
+    identity::own_id,
+};
 use thiserror::Error;
 
 use super::{
     camera::Camera,
     clock::Clock,
-    environment::Environment,
     exchange::Exchange,
-    frame::{CameraPose, Frame},
-    identity::own_id,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     recent::{Fixed, Recent},
     scene::{Module, Scene, error::SceneError},
@@ -25,10 +29,7 @@ use super::{
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
     waves::Waves,
 };
-use crate::{
-    files::WriteError,
-    plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus, streams::Outputs},
-};
+use crate::plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus};
 
 /// Frames that are kept for reuse.
 const SPARE_FRAMES: usize = 4;

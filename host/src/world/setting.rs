@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use reef_abi as abi;
+use reef_streams::environment::{Environment, Sun, WaterOptics};
 
 use super::{
-    environment::{Environment, Sun, WaterOptics},
     scene::{
         format::{LightTable, Optics, OpticsPreset, SceneFile},
         whole::parse_color,

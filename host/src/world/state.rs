@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use reef_abi as abi;
+use reef_files as files;
+use reef_files::{WriteError, bounded};
+use reef_streams::{Outputs, check, limit};
 
 use super::{
     clock::LATEST,
@@ -21,14 +24,7 @@ use super::{
     sea::World,
     water::{ActivePoke, MOST_POKES},
 };
-use crate::{
-    bounded,
-    files::{self, WriteError},
-    plugin::{
-        PluginError,
-        streams::{Outputs, check, limit},
-    },
-};
+use crate::plugin::PluginError;
 
 const MAGIC: &[u8; 8] = b"REEFSAVE";
 const FORMAT: u32 = 1;

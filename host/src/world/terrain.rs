@@ -3,9 +3,9 @@
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::{DVec2, DVec3};
 use reef_abi as abi;
+use reef_streams::environment::{Ripples, Rock, Terrain};
 
 use super::{
-    environment::{Ripples, Rock, Terrain},
     random::Random,
     scene::format::{RockTable, TerrainTable},
 };

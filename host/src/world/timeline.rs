@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{frame::Frame, sea::World};
+use reef_streams::frame::Frame;
+
+use super::sea::World;
 
 /// Most steps between two pictures; a machine that needs more shows a slower sea.
 pub const MOST_STEPS: u32 = 8;

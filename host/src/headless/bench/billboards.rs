@@ -7,16 +7,15 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_report::failure::Failure;
+use reef_streams::{Outputs, frame::CameraPose};
 
 use super::{measure::median, report::Report};
 use crate::{
     common::Common,
-    failure::Failure,
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
-    plugin::streams::Outputs,
     render::{Quality, Settings, Shot, sample},
-    world::frame::CameraPose,
 };
 
 /// Picture [px].

@@ -8,13 +8,14 @@ use std::{
     time::Duration,
 };
 
+use reef_report::failure::Failure;
+
 use super::{
     reload::{build, candidates, failed, none_found, sea},
     report::{Bar, Report},
 };
 use crate::{
     common::Common,
-    failure::Failure,
     open,
     plugin::{Library, copies, image::Image, pinned},
     world::swap::{Job, Swap},

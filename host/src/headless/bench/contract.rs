@@ -9,6 +9,7 @@ use std::{
 };
 
 use reef_anemone_model::Anemones;
+use reef_report::failure::Failure;
 use reef_sdk::prelude::*;
 
 use super::{
@@ -18,7 +19,6 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::Failure,
     open,
     plugin::{Registry, generation::Generation},
     world::{Options, World},

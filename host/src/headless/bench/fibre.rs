@@ -13,6 +13,7 @@ use reef_anemone_model::{
     wide::{self, Chunk, Contacts, Drag, Lane, Place, StepConstants},
 };
 use reef_flow::{Level, Packed};
+use reef_report::failure::Failure;
 
 use super::{
     allocations,
@@ -21,7 +22,6 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::Failure,
     open,
     plugin::{Health, Registry},
     world::{Options, World},

@@ -13,13 +13,15 @@ pub mod report;
 mod table1;
 mod waves;
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::say,
+};
 use report::Report;
 use serde_json::json;
 
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
-    say::say,
     world::scene::check::{did_you_mean, nearest},
 };
 

@@ -11,10 +11,11 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_report::failure::Failure;
+
 use super::report::{Bar, Report};
 use crate::{
     common::Common,
-    failure::Failure,
     live::{Arrival, Live, REMEMBER, Setup, pace},
     open,
     plugin::{Registry, copies},

@@ -8,6 +8,11 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_report::failure::Failure;
+use reef_streams::{
+    Outputs,
+    frame::{CameraPose, Frame},
+};
 
 use super::{
     measure::median,
@@ -15,12 +20,9 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::Failure,
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
-    plugin::streams::Outputs,
     render::{Quality, Settings, Shot, lod::Thresholds, sample},
-    world::frame::{CameraPose, Frame},
 };
 
 /// Picture [px].

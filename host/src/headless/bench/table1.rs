@@ -8,6 +8,8 @@
 use std::{path::Path, time::Instant};
 
 use glam::DVec3;
+use reef_report::failure::Failure;
+use reef_streams::frame::{CameraPose, Frame};
 
 use super::{
     fibre::running,
@@ -16,13 +18,12 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::Failure,
     gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
     open,
     plugin::Registry,
     render::{Quality, Settings, Shot},
-    world::{Options, World, camera, frame::CameraPose, frame::Frame},
+    world::{Options, World, camera},
 };
 
 /// The paper's scene.

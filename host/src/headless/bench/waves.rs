@@ -13,6 +13,7 @@ use reef_flow::{
         bare::{Bare, Scalar},
     },
 };
+use reef_report::failure::Failure;
 use reef_sdk::{Chunks, prelude::*};
 
 use super::{
@@ -22,7 +23,6 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::Failure,
     open,
     plugin::Registry,
     world::{

@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use reef_files::bounded;
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
 use crate::{
-    bounded,
     plugin::PluginInfo,
     world::{
         catalogue,

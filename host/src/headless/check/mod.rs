@@ -37,14 +37,14 @@ use std::{
     time::Duration,
 };
 
-use strsim::normalized_levenshtein;
-
-use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
-use crate::{
-    common::Common,
+use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
+use strsim::normalized_levenshtein;
+
+use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
+use crate::common::Common;
 
 /// Options of `reef plugin check`.
 #[derive(clap::Args, Clone, Debug)]

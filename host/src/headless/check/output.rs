@@ -6,6 +6,7 @@ use std::{
 };
 
 use reef_abi as abi;
+use reef_streams::Outputs;
 
 use super::{
     sea::Sea,
@@ -14,7 +15,6 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::streams::Outputs;
 
 pub(super) const CHECKS: &[Check] = &[
     check(

@@ -2,6 +2,7 @@
 
 use std::{fmt::Write, path::Path};
 
+use reef_report::say::shown;
 use serde_json::{Value, json};
 
 use super::{
@@ -9,7 +10,6 @@ use super::{
     table::{self, Rule},
     verdict::Verdict,
 };
-use crate::say::shown;
 
 /// Room for the names of checks.
 const WIDTH: usize = 26;

@@ -1,8 +1,9 @@
 //! Small seas to step plugins in.
 
 use reef_abi as abi;
+use reef_streams::environment::Heightfield;
 
-use crate::{plugin::StepInput, world::environment::Heightfield};
+use crate::plugin::StepInput;
 
 /// What a step's input refers to.
 #[derive(Clone, Debug)]

@@ -1,5 +1,7 @@
 //! What the host lends, and what a plugin must not get elsewhere.
 
+use reef_streams::textures::Refused;
+
 use super::{
     sea::Sea,
     step::FULL,
@@ -10,7 +12,7 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::{bare::imports::Kind, textures::Refused};
+use crate::plugin::bare::imports::Kind;
 
 pub(super) const CHECKS: &[Check] = &[
     Check {

@@ -8,6 +8,7 @@ use std::{
 
 use bytemuck::Pod;
 use reef_abi as abi;
+use reef_streams::Outputs;
 
 use super::{
     Args,
@@ -20,7 +21,7 @@ use crate::{
     common::Common,
     plugin::{
         Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
-        envelope::Envelope, image::Image, inspect, streams::Outputs,
+        envelope::Envelope, image::Image, inspect,
     },
     world::assets,
 };

@@ -2,15 +2,15 @@
 
 use std::{collections::HashSet, sync::Arc};
 
+use reef_report::failure::Failure;
+use reef_streams::environment::Environment;
 use serde_json::Value as Json;
 
 use super::{super::show::Show, changed};
 use crate::{
-    failure::Failure,
     render::{Settings, markers::Markers},
     world::{
         World,
-        environment::Environment,
         scene::{Scene, format::SceneFile},
     },
 };

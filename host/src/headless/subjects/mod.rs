@@ -10,6 +10,11 @@ use std::{
     sync::Arc,
 };
 
+use reef_report::{
+    failure::{Failure, Outcome},
+    say::{self, say},
+};
+use reef_streams::{Outputs, environment::Environment, frame::Frame};
 use serde_json::json;
 
 use self::list::{Subject, Without};
@@ -22,13 +27,11 @@ use super::{
 };
 use crate::{
     common::Common,
-    failure::{Failure, Outcome},
     gpu::{Gpu, GpuOptions, Picture, Validation},
     open,
-    plugin::{Registry, streams::Outputs},
+    plugin::Registry,
     render::{Settings, Shot},
-    say::{self, say},
-    world::{Options, World, environment::Environment, frame::Frame, scene::Scene},
+    world::{Options, World, scene::Scene},
 };
 
 /// Size of the pictures that are compared [px]: what is seen in half a golden picture is seen in a whole one.

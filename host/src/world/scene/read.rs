@@ -5,9 +5,8 @@ use std::{
     path::Path,
 };
 
+use reef_files::bounded;
 use toml::de::DeTable;
-
-use crate::bounded;
 
 use super::{
     check::{did_you_mean, nearest},

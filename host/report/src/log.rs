@@ -49,7 +49,7 @@ pub fn init() {
         .fmt_fields(
             debug_fn(|out: &mut Writer<'_>, field, value| without_control(out, field, value)).delimited(" "),
         )
-        .with_ansi(crate::report::has_colors())
+        .with_ansi(crate::diagnostic::has_colors())
         .without_time()
         .with_target(false);
     // A second subscriber in one process is a test's own affair.
@@ -66,14 +66,19 @@ struct ForPanel;
 impl<S: tracing::Subscriber> Layer<S> for ForPanel {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
         let (level, target) = (*event.metadata().level(), event.metadata().target());
-        let ours = target == "reef" || target.starts_with("reef::");
-        if level > Level::INFO || !ours {
+        if level > Level::INFO || !is_ours(target) {
             return;
         }
         let mut text = Text::default();
         event.record(&mut text);
         keep(Line { level, text: text.0 });
     }
+}
+
+/// Does it come from one of Reef's own crates, `reef` and `reef_*`?
+fn is_ours(target: &str) -> bool {
+    let name = target.split("::").next().unwrap_or_default();
+    name == "reef" || name.starts_with("reef_")
 }
 
 fn keep(line: Line) {
@@ -122,11 +127,12 @@ mod tests {
         let subscriber = tracing_subscriber::registry().with(ForPanel);
         tracing::subscriber::with_default(subscriber, || {
             tracing::error!(target: "reef::test", "broken {}", 7);
-            tracing::info!(target: "reef::test", count = 3, "loaded");
+            tracing::info!(target: "reef_sea::reload", count = 3, "loaded");
             tracing::warn!(target: "reef::test", name = "\u{9b}", "a \x1b[2J");
             tracing::debug!(target: "reef::test", "chatter");
             tracing::info!(target: "winit", "chatter of others");
             tracing::warn!(target: "winit", "trouble of others");
+            tracing::warn!(target: "reefs::test", "trouble of others");
         });
         let told: Vec<_> = take().into_iter().map(|line| (line.level, line.text)).collect();
         for (level, text) in [

@@ -80,7 +80,7 @@ fn is_same(path: &Path, _: &Metadata) -> bool {
 }
 
 /// Begins a temporary file; it gets these rights, or those of any new file.
-pub(crate) fn beside(folder: &Path, rights: Option<Permissions>) -> io::Result<NamedTempFile> {
+pub fn beside(folder: &Path, rights: Option<Permissions>) -> io::Result<NamedTempFile> {
     let file = builder(0o666).tempfile_in(folder)?;
     if let Some(rights) = rights {
         file.as_file().set_permissions(rights)?;

@@ -15,7 +15,7 @@ const KEPT: usize = 4096;
 const SHOWN: usize = 300;
 
 /// Reads a stream to its end, however long that may be, and keeps its last bytes; then the channel is closed.
-pub(super) fn listen(mut stream: impl Read + Send + 'static) -> (Arc<Mutex<Vec<u8>>>, Receiver<()>) {
+pub fn listen(mut stream: impl Read + Send + 'static) -> (Arc<Mutex<Vec<u8>>>, Receiver<()>) {
     let kept: Arc<Mutex<Vec<u8>>> = Arc::default();
     let ours = kept.clone();
     let (open, end) = channel();
@@ -34,7 +34,7 @@ pub(super) fn listen(mut stream: impl Read + Send + 'static) -> (Arc<Mutex<Vec<u
 }
 
 /// The last lines that were said, `most` at most, fit to be shown.
-pub(super) fn last_lines(said: &[u8], most: usize) -> String {
+pub fn last_lines(said: &[u8], most: usize) -> String {
     let text = String::from_utf8_lossy(said);
     let lines = text.lines().map(|line| {
         line.chars().filter(|c| !c.is_control()).take(SHOWN).collect::<String>().trim().to_owned()

@@ -1,5 +1,7 @@
-//! Results: written beside their place and put there when they are whole, so that nobody ever finds half of one.
+//! Files that others hold: results, written beside their place and put there when they are whole, so that nobody ever
+//! finds half of one; and in [`bounded`] what is read, up to a limit.
 
+pub mod bounded;
 mod folder;
 mod left;
 mod place;
@@ -18,7 +20,7 @@ use thiserror::Error;
 pub use folder::Folder;
 pub use left::remove_at_signals;
 use left::{Mark, marked, undisturbed};
-pub(crate) use place::beside;
+pub use place::beside;
 use place::{Place, builder, put, told};
 
 /// Why a file could not be written.

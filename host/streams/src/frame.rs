@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Quat, Vec3};
 
-use crate::plugin::streams::Outputs;
+use crate::Outputs;
 
 /// Where a picture is taken from.
 #[derive(Clone, Copy, Debug, PartialEq)]
