@@ -3,14 +3,10 @@
 use std::{process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
+use reef_plugin::{Limits, offer_patience, set_limits};
 use reef_report::{diagnostic, say};
 
-use crate::{
-    app,
-    common::Common,
-    headless,
-    plugin::{Limits, offer_patience, set_limits},
-};
+use crate::{app, common::Common, headless};
 
 /// A living sea: run it, render it, write plugins for it.
 #[derive(Parser, Debug)]

@@ -30,7 +30,7 @@ pub struct Common {
 
 /// A number of workers that a machine can have.
 fn workers(text: &str) -> Result<usize, String> {
-    let most = crate::plugin::generation::MAX_WORKERS;
+    let most = reef_plugin::generation::MAX_WORKERS;
     match text.parse() {
         Ok(workers) if (1..=most).contains(&workers) => Ok(workers),
         _ => Err(format!("a whole number from 1 to {most} is wanted")),

@@ -7,10 +7,8 @@
 pub mod app;
 pub mod cli;
 pub mod common;
-pub mod gpu;
 pub mod headless;
 pub mod live;
 pub mod open;
-pub mod plugin;
 pub mod render;
 pub mod world;

@@ -5,12 +5,12 @@ use std::{
     thread,
 };
 
+use reef_plugin::Registry;
 use reef_report::failure::Failure;
 
 use crate::{
     common::Common,
     live::{Live, Setup},
-    plugin::Registry,
     world::{
         Options, World, assets,
         scene::{self, Scene},

@@ -1,18 +1,16 @@
 //! The scene's waves as modules feel them: through the step's input, on any number of workers.
 
-use reef::{
-    plugin::Registry,
-    world::{
-        Options, World,
-        hash::Chain,
-        scene::{error::Source, load_text},
-    },
+use reef::world::{
+    Options, World,
+    hash::Chain,
+    scene::{error::Source, load_text},
 };
 use reef_flow::{
     Level,
     sample::Points,
     waves::{Carried, Trains, carry, reference},
 };
+use reef_plugin::Registry;
 use reef_sdk::{Chunks, prelude::*};
 
 /// Corks whose water is carried by the waves.

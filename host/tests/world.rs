@@ -2,17 +2,15 @@
 
 use std::{fs, path::PathBuf};
 
-use reef::{
-    plugin::Registry,
-    world::{
-        Options, Timeline, World,
-        hash::{Chain, Digest},
-        journal::Journal,
-        record,
-        scene::{self, reference},
-        water::Poke,
-    },
+use reef::world::{
+    Options, Timeline, World,
+    hash::{Chain, Digest},
+    journal::Journal,
+    record,
+    scene::{self, reference},
+    water::Poke,
 };
+use reef_plugin::Registry;
 use reef_sdk::{Chunks, prelude::*};
 use reef_streams::{frame::CameraPose, identity::foreign_id};
 

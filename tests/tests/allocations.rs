@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use reef::plugin::{Library, StepStatus};
+use reef_plugin::{Library, StepStatus};
 use reef_sdk::prelude::*;
 use reef_streams::Outputs;
 use reef_tests::sea::{Sea, config};

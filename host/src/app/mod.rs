@@ -20,9 +20,10 @@ use winit::event_loop::EventLoop;
 #[cfg(target_os = "linux")]
 use winit::platform::x11::EventLoopBuilderExtX11;
 
-use crate::{gpu::packages, open};
+use crate::open;
 #[cfg(target_os = "linux")]
 use connection::{Environment, System};
+use reef_gpu::packages;
 use reef_report::{
     failure::{Failure, Outcome},
     say,

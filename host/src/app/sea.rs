@@ -5,6 +5,8 @@ use std::{
     sync::Arc,
 };
 
+use reef_plugin as plugin;
+use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
 use reef_streams::{
     environment::{Environment, Terrain},
@@ -17,7 +19,6 @@ use crate::{
     headless::show,
     live::{Live, REMEMBER, Standing},
     open,
-    plugin::{self, Health, Registry},
     world::{
         Blend, Options, Timeline, World,
         hash::{Chain, hex},

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use reef_gpu::{Frames, Gpu, GpuError, GpuOptions, Load, Picture, Signals, Swapchain, Validation};
 use reef_report::failure::Failure;
 use winit::{
     raw_window_handle::{HasDisplayHandle, HasWindowHandle},
@@ -13,10 +14,7 @@ use super::{
     panel::model::{Timing, ViewOptions},
     screenshot,
 };
-use crate::{
-    gpu::{Frames, Gpu, GpuError, GpuOptions, Load, Picture, Signals, Swapchain, Validation},
-    render::{Quality, Renderer, Settings, Shot, lod::Thresholds, offscreen_image},
-};
+use crate::render::{Quality, Renderer, Settings, Shot, lod::Thresholds, offscreen_image};
 
 /// Frames on the way at the same time: one is drawn while the next is recorded.
 const FRAMES: usize = 2;
@@ -49,7 +47,7 @@ impl Kept {
 /// Everything on the device. Fields are dropped in order: what draws, what it draws into, then the context.
 pub struct Stage {
     #[cfg(feature = "shaderc")]
-    watch: Option<crate::gpu::ShaderWatch>,
+    watch: Option<reef_gpu::ShaderWatch>,
     overlay: Overlay,
     renderer: Renderer,
     swapchain: Swapchain,
@@ -214,9 +212,9 @@ fn settings(options: &ViewOptions) -> Settings {
 
 /// Reloads shaders that are edited while the window is open. Without their folder there is nothing to edit.
 #[cfg(feature = "shaderc")]
-fn watch_shaders(gpu: &Gpu) -> Option<crate::gpu::ShaderWatch> {
-    let folder = crate::gpu::shader_sources::find_folder()?;
-    crate::gpu::ShaderWatch::start(gpu, &folder)
+fn watch_shaders(gpu: &Gpu) -> Option<reef_gpu::ShaderWatch> {
+    let folder = reef_gpu::shader_sources::find_folder()?;
+    reef_gpu::ShaderWatch::start(gpu, &folder)
         .inspect_err(|error| tracing::warn!("shaders are not reloaded: {error}"))
         .ok()
 }

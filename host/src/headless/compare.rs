@@ -1,6 +1,6 @@
 //! Comparing a picture with its golden one, and drawing the difference.
 
-use crate::gpu::Picture;
+use reef_gpu::Picture;
 
 /// A channel may differ by this much: what another instruction set's rounding does.
 pub const TOLERANCE: u8 = 2;

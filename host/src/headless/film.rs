@@ -10,13 +10,13 @@ use std::{
 };
 
 use reef_files::Writing;
+use reef_gpu::{Picture, packages};
 use reef_report::{
     failure::{Failure, Outcome},
     listen::{last_lines, listen},
 };
 
 use super::container::{self, Container};
-use crate::gpu::{Picture, packages};
 
 /// How long ffmpeg may take to end after it gave up reading pictures [s].
 const PATIENCE: Duration = Duration::from_secs(5);

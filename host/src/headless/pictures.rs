@@ -7,8 +7,7 @@ use std::{
 };
 
 use reef_files::{WriteError, Writing};
-
-use crate::gpu::Picture;
+use reef_gpu::Picture;
 
 /// Greatest side of a picture that is read [px].
 const MOST: u32 = 16_384;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use reef_plugin::{ParamInfo, ParamKind, PluginInfo, Registry};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{say, shown},
@@ -10,11 +11,7 @@ use serde_json::{Value, json};
 
 #[cfg(target_os = "linux")]
 use crate::headless::check;
-use crate::{
-    common::Common,
-    headless::scaffold,
-    plugin::{ParamInfo, ParamKind, PluginInfo, Registry},
-};
+use crate::{common::Common, headless::scaffold};
 
 /// Options of `reef plugin`.
 #[derive(clap::Args, Clone, Debug)]

@@ -2,6 +2,7 @@
 
 use std::{path::PathBuf, time::Instant};
 
+use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say, shown},
@@ -11,7 +12,6 @@ use serde_json::json;
 use super::{show::Show, sink::Sink, studio::Studio};
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Validation},
     open,
     render::{Quality, Settings},
 };

@@ -7,15 +7,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use reef_gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV};
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
 
-use crate::{
-    common::Common,
-    gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV},
-};
+use crate::common::Common;
 
 /// Options of `reef shaders`.
 #[derive(clap::Args, Clone, Debug)]
@@ -132,7 +130,7 @@ type Compile = dyn Fn(&Path) -> Result<Vec<u8>, String>;
 
 #[cfg(feature = "shaderc")]
 fn compiler() -> Result<Box<Compile>, Failure> {
-    let compiler = crate::gpu::Compiler::new().map_err(|text| Failure::machine(miette::miette!("{text}")))?;
+    let compiler = reef_gpu::Compiler::new().map_err(|text| Failure::machine(miette::miette!("{text}")))?;
     Ok(Box::new(move |path| compiler.compile(path)))
 }
 

@@ -8,6 +8,7 @@ use std::{
 
 use reef_files as files;
 use reef_files::Writing;
+use reef_plugin::Library;
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -18,7 +19,6 @@ use crate::{
     common::Common,
     live::REMEMBER,
     open,
-    plugin::Library,
     world::{
         Options, World,
         hash::{Chain, hex},
@@ -206,7 +206,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         }
     }
     if world.modules().enumerate().any(|(at, _)| {
-        use crate::plugin::Health;
+        use reef_plugin::Health;
         world.instance(at).is_some_and(|instance| *instance.health() != Health::Running)
     }) {
         return Err(Failure::check(miette::miette!(

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use reef_files::{Folder, Writing};
+use reef_gpu::Picture;
 use reef_report::failure::{Failure, Outcome};
 
 use super::{
@@ -10,7 +11,6 @@ use super::{
     film::Film,
     pictures::{encode_png, write_png_fast},
 };
-use crate::gpu::Picture;
 
 /// Where pictures go. Nothing of it can be seen before [`Sink::finish`].
 #[derive(Debug)]

@@ -1,9 +1,8 @@
 //! A renderer without a window: shots in, pictures out.
 
-use crate::{
-    gpu::{Frames, Gpu, Image, Picture, Result, Signals, Timings},
-    render::{Renderer, Settings, Shot, offscreen_image},
-};
+use reef_gpu::{Frames, Gpu, Image, Picture, Result, Signals, Timings};
+
+use crate::render::{Renderer, Settings, Shot, offscreen_image};
 
 /// A renderer with a picture of one size to draw into.
 pub struct Studio {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use reef_files as files;
+use reef_gpu::{Gpu, GpuOptions, Message, Picture, Validation};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -21,7 +22,6 @@ use super::{
 };
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Message, Picture, Validation},
     open,
     render::{Quality, Settings},
 };

@@ -1,5 +1,6 @@
 //! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene is edited.
 
+use reef_plugin::{Health, pinned};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -11,7 +12,6 @@ use crate::{
     common::Common,
     live::{Gravity, REMEMBER, pace},
     open,
-    plugin::{Health, pinned},
     world::{Options, World},
 };
 

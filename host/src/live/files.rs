@@ -21,9 +21,9 @@ use notify::{
     event::{AccessKind, AccessMode, CreateKind, ModifyKind, RemoveKind, RenameMode},
 };
 use reef_files::bounded;
+use reef_plugin::image::Image;
 
 use super::lease::{Lease, Writers};
-use crate::plugin::image::Image;
 
 /// Where nobody says that a file is whole: it has not changed for so long.
 const QUIET: Duration = Duration::from_millis(150);

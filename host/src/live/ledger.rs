@@ -6,10 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::{
-    plugin::{Library, Plugin, Registry},
-    world::World,
-};
+use reef_plugin::{Library, Plugin, Registry};
+
+use crate::world::World;
 
 /// One loading of a library.
 #[derive(Debug)]

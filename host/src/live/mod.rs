@@ -24,16 +24,14 @@ use std::{
 pub use ledger::Standing;
 pub use pace::{Lateness, pace};
 
-use crate::{
-    plugin::{Health, Plugin, Registry},
-    world::{
-        World,
-        adopt::Edition,
-        swap::{Job, Purpose, Swap},
-    },
+use crate::world::{
+    World,
+    adopt::Edition,
+    swap::{Job, Purpose, Swap},
 };
 use files::Files;
 use ledger::Ledger;
+use reef_plugin::{Health, Plugin, Registry};
 use workshop::{Found, NewLibrary, Stage, Task, Workshop};
 
 /// Steps between two saved states of a module, for [`crate::world::Options::remember`].

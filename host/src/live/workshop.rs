@@ -11,15 +11,14 @@ use std::{
     time::Instant,
 };
 
+use reef_plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect};
+
 use super::files::{Change, Files};
-use crate::{
-    plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect},
-    world::{
-        WorldError,
-        adopt::{Before, Edition},
-        scene,
-        swap::Job,
-    },
+use crate::world::{
+    WorldError,
+    adopt::{Before, Edition},
+    scene,
+    swap::Job,
 };
 
 /// What the thread is asked for.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use reef_abi as abi;
+use reef_gpu::{Gpu, Picture};
 use reef_streams::{
     Outputs,
     environment::Environment,
@@ -16,10 +17,7 @@ use super::{
     device_tests::{SIZE, blackboard, keep, open},
     sample,
 };
-use crate::{
-    gpu::{Gpu, Picture},
-    headless::studio::Studio,
-};
+use crate::headless::studio::Studio;
 
 /// At 2 m the picture has this many pixels a metre: half its height over the tangent of half a radian, over 2 m.
 const PIXELS: f64 = 180.0 / 0.546_302_489_843_790_5 / 2.0;

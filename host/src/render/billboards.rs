@@ -5,6 +5,10 @@
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
+use reef_gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
+    SamplerDesc, Upload,
+};
 use reef_sprites::{Kind, Seen, Sizes};
 
 use super::{
@@ -13,10 +17,6 @@ use super::{
     quality::{ByQuality, Quality},
     targets::Targets,
     view::Lens,
-};
-use crate::gpu::{
-    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
-    SamplerDesc, Upload,
 };
 
 /// Least diameter of a sprite in the picture [px].

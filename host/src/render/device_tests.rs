@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
 use reef_abi as abi;
+use reef_gpu::{Gpu, GpuOptions, Picture, Validation};
 use reef_streams::{
     Outputs,
     environment::{Environment, Sun},
@@ -21,10 +22,7 @@ use super::{
     twin::{self, Skinned},
     view::{self, Lens},
 };
-use crate::{
-    gpu::{Gpu, GpuOptions, Picture, Validation},
-    headless::{pictures::write_png, studio::Studio},
-};
+use crate::headless::{pictures::write_png, studio::Studio};
 
 pub(super) const SIZE: (u32, u32) = (640, 360);
 

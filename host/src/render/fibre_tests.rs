@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
+use reef_gpu::Picture;
 use reef_streams::{
     Outputs,
     environment::{Environment, Sun},
@@ -15,7 +16,7 @@ use super::{
     device_tests::{SIZE, blackboard, decoded, keep, open},
     sample,
 };
-use crate::{gpu::Picture, headless::studio::Studio};
+use crate::headless::studio::Studio;
 
 /// Pictures of three seconds.
 const PICTURES: usize = 91;

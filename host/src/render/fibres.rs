@@ -18,6 +18,10 @@
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
+use reef_gpu::{
+    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
+    Pipeline, Resource, Result, Upload, VertexDesc,
+};
 
 use super::{
     formats::DEPTH,
@@ -26,10 +30,6 @@ use super::{
     lod::{RINGS, Thresholds},
     quality::Quality,
     targets::Targets,
-};
-use crate::gpu::{
-    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
-    Pipeline, Resource, Result, Upload, VertexDesc,
 };
 
 /// Words of a tube's vertex, as in `fibre_skin.comp`.

@@ -7,10 +7,9 @@
 use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
+use reef_gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc};
 use reef_sprites::{Layer, linear};
 use reef_streams::{frame::Frame, textures::Texture};
-
-use crate::gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc};
 
 /// Texels along a side of a layer.
 pub const SIDE: usize = 64;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use reef_gpu::Picture;
 use reef_streams::{
     Outputs,
     environment::{Environment, Rock, Sun, Terrain},
@@ -13,7 +14,7 @@ use super::{
     device_tests::{keep, open},
     sample,
 };
-use crate::{gpu::Picture, headless::studio::Studio};
+use crate::headless::studio::Studio;
 
 const SIZE: (u32, u32) = (320, 180);
 

@@ -6,8 +6,8 @@ use super::{
     quality::{ByQuality, Quality},
     targets::Targets,
 };
-use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;
+use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 
 /// The pass that draws debug lines.
 pub struct Lines {

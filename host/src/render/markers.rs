@@ -9,6 +9,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
+use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload};
 use reef_streams::{
     frame::{Frame, bounding_sphere},
     identity::foreign_id,
@@ -21,7 +22,6 @@ use super::{
     targets::Targets,
     view::Lens,
 };
-use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload};
 
 /// SIDES · RINGS · 6 of `shaders/marker.vert`.
 const VERTICES: u32 = 28 * 14 * 6;

@@ -56,13 +56,14 @@ use ash::vk;
 use bytemuck::Zeroable;
 use reef_abi as abi;
 
-use crate::gpu::{self, Gpu, Image, Load, Result};
 use billboards::Billboards;
 use fibres::Fibres;
 use layers::Layers;
 use lod::Thresholds;
 use markers::Markers;
 pub use quality::Quality;
+use reef_gpu as gpu;
+use reef_gpu::{Gpu, Image, Load, Result};
 use reef_streams::{
     environment::{Environment, Terrain},
     frame::{CameraPose, Frame},

@@ -2,9 +2,9 @@
 //! every branch.
 
 use ash::vk;
+use reef_gpu::{Gpu, GraphicsDesc, Pipeline, Result};
 
 use super::formats::{LIGHT, SHOWN};
-use crate::gpu::{Gpu, GraphicsDesc, Pipeline, Result};
 
 /// How much work a picture may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

@@ -3,6 +3,9 @@
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
+use reef_gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload, VertexDesc,
+};
 use reef_streams::environment::{Rock, Terrain};
 
 use super::{
@@ -13,9 +16,6 @@ use super::{
     targets::Targets,
     terrain::GroundTextures,
     view::Lens,
-};
-use crate::gpu::{
-    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload, VertexDesc,
 };
 
 /// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long, at low quality

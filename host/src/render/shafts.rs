@@ -4,6 +4,10 @@
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};
+use reef_gpu::{
+    Access, Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result,
+    SamplerDesc, Upload,
+};
 use reef_streams::environment::Environment;
 
 use super::{
@@ -11,10 +15,6 @@ use super::{
     targets::Targets,
     view::Lens,
     water::Caustics,
-};
-use crate::gpu::{
-    Access, Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result,
-    SamplerDesc, Upload,
 };
 
 /// Cells along a side of the square in which there are shafts, one a cell. Those near its edge have faded: about 16 are seen.

@@ -5,8 +5,8 @@ use super::{
     quality::{ByQuality, Quality},
     targets::Targets,
 };
-use crate::gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 use ash::vk;
+use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 
 /// The pass that draws the background.
 pub struct Sky {

@@ -1,9 +1,9 @@
 //! The images that a picture is made in: light and reversed depth.
 
 use ash::vk;
+use reef_gpu::{Gpu, Image, ImageDesc, Result};
 
 use super::{formats::DEPTH, quality::Quality};
-use crate::gpu::{Gpu, Image, ImageDesc, Result};
 
 /// What the passes draw into.
 #[derive(Clone, Copy)]

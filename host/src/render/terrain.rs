@@ -4,6 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 use glam::DVec2;
+use reef_gpu::{
+    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load, Resource,
+    Result, SamplerDesc, Upload,
+};
 use reef_streams::environment::{Environment, Ripples, Terrain as Bed};
 
 use super::{
@@ -16,10 +20,6 @@ use super::{
     targets::Targets,
     tiles,
     view::{Lens, View},
-};
-use crate::gpu::{
-    Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Image, ImageDesc, Load, Resource,
-    Result, SamplerDesc, Upload,
 };
 
 /// What the ground's and the rocks' shaders read besides the view: noise and contact map.

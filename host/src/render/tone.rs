@@ -1,8 +1,7 @@
 //! The last pass of the sea: scene light through the tone curve, with dither, into the picture.
 
 use ash::vk;
-
-use crate::gpu::{
+use reef_gpu::{
     Access, Blend, Frame, Gpu, GraphicsDesc, Image, Load, Pipeline, Resource, Result, SamplerDesc,
 };
 

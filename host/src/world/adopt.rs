@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use reef_plugin::{Instance, Registry};
 use reef_streams::environment::Environment;
 
 use super::{
@@ -15,7 +16,6 @@ use super::{
     water::Water,
     waves::Waves,
 };
-use crate::plugin::{Instance, Registry};
 
 /// What an edited scene is compared with.
 #[derive(Clone, Debug)]

@@ -1,7 +1,9 @@
 //! The plugins that were found, as the scene loader asks for them.
 
+use reef_plugin as plugin;
+use reef_plugin::Registry;
+
 use super::scene::{Catalogue, ParamInfo, ParamKind, PluginInfo};
-use crate::plugin::{self, Registry};
 
 impl Catalogue for Registry {
     fn plugin(&self, id: &str) -> Result<Option<PluginInfo>, String> {

@@ -2,9 +2,9 @@
 //! were the same in every step.
 
 use bytemuck::Pod;
+use reef_plugin::PluginError;
 
 use super::sea::World;
-use crate::plugin::PluginError;
 
 /// A hash [BLAKE3].
 pub type Digest = [u8; 32];

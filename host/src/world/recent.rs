@@ -6,10 +6,10 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use reef_abi as abi;
+use reef_plugin::StepInput;
 use reef_streams::environment::Environment;
 
 use super::exchange::Exchange;
-use crate::plugin::StepInput;
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].
 const MOST_BYTES: usize = 64 << 20;

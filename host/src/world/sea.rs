@@ -10,6 +10,7 @@ use std::{
 use reef_abi as abi;
 use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
+use reef_plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus};
 use reef_streams::{
     Outputs,
     environment::Environment,
@@ -29,7 +30,6 @@ use super::{
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
     waves::Waves,
 };
-use crate::plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus};
 
 /// Frames that are kept for reuse.
 const SPARE_FRAMES: usize = 4;

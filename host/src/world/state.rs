@@ -14,6 +14,7 @@ use thiserror::Error;
 use reef_abi as abi;
 use reef_files as files;
 use reef_files::{WriteError, bounded};
+use reef_plugin::PluginError;
 use reef_streams::{Outputs, check, limit};
 
 use super::{
@@ -24,7 +25,6 @@ use super::{
     sea::World,
     water::{ActivePoke, MOST_POKES},
 };
-use crate::plugin::PluginError;
 
 const MAGIC: &[u8; 8] = b"REEFSAVE";
 const FORMAT: u32 = 1;

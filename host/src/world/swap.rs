@@ -11,12 +11,12 @@ use std::{
 };
 
 use reef_abi as abi;
+use reef_plugin::{Health, Instance, Plugin, PluginError, StepStatus};
 
 use super::{
     recent::{Fixed, Follower, Frozen, Moment, Snap},
     sea::World,
 };
-use crate::plugin::{Health, Instance, Plugin, PluginError, StepStatus};
 
 /// Why instances are made beside the sea.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,7 +249,7 @@ fn judge(
     name: &str,
     what: &str,
     instance: &mut Instance,
-    input: &crate::plugin::StepInput<'_>,
+    input: &reef_plugin::StepInput<'_>,
     events: &[abi::Event],
 ) -> Result<(), String> {
     let report = instance.step(input, events);

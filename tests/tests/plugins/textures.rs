@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use reef::plugin::{Library, Plugin as Loaded, StepStatus};
+use reef_plugin::{Library, Plugin as Loaded, StepStatus};
 use reef_sdk::prelude::*;
 use reef_streams::Outputs;
 use reef_tests::sea::{Sea, config};

@@ -20,9 +20,9 @@ use std::{
 
 use reef::{
     live::{Live, Setup},
-    plugin::{Plugin, Registry},
     world::{Options, World, scene},
 };
+use reef_plugin::{Plugin, Registry};
 use reef_tests::artifacts::{variant, workspace};
 use tempfile::TempDir;
 

@@ -7,13 +7,13 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_report::failure::Failure;
 use reef_streams::{Outputs, frame::CameraPose};
 
 use super::{measure::median, report::Report};
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
     render::{Quality, Settings, Shot, sample},
 };

@@ -8,6 +8,7 @@ use std::{
     time::Duration,
 };
 
+use reef_plugin::{Library, copies, image::Image, pinned};
 use reef_report::failure::Failure;
 
 use super::{
@@ -17,7 +18,6 @@ use super::{
 use crate::{
     common::Common,
     open,
-    plugin::{Library, copies, image::Image, pinned},
     world::swap::{Job, Swap},
 };
 

@@ -9,6 +9,7 @@ use std::{
 };
 
 use reef_anemone_model::Anemones;
+use reef_plugin::{Registry, generation::Generation};
 use reef_report::failure::Failure;
 use reef_sdk::prelude::*;
 
@@ -20,7 +21,6 @@ use super::{
 use crate::{
     common::Common,
     open,
-    plugin::{Registry, generation::Generation},
     world::{Options, World},
 };
 

@@ -13,6 +13,7 @@ use reef_anemone_model::{
     wide::{self, Chunk, Contacts, Drag, Lane, Place, StepConstants},
 };
 use reef_flow::{Level, Packed};
+use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
 
 use super::{
@@ -23,7 +24,6 @@ use super::{
 use crate::{
     common::Common,
     open,
-    plugin::{Health, Registry},
     world::{Options, World},
 };
 

@@ -11,6 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_plugin::{Registry, copies};
 use reef_report::failure::Failure;
 
 use super::report::{Bar, Report};
@@ -18,7 +19,6 @@ use crate::{
     common::Common,
     live::{Arrival, Live, REMEMBER, Setup, pace},
     open,
-    plugin::{Registry, copies},
     world::{Options, World, scene},
 };
 

@@ -8,6 +8,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_report::failure::Failure;
 use reef_streams::{
     Outputs,
@@ -20,7 +21,6 @@ use super::{
 };
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
     render::{Quality, Settings, Shot, lod::Thresholds, sample},
 };

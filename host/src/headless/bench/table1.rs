@@ -8,6 +8,8 @@
 use std::{path::Path, time::Instant};
 
 use glam::DVec3;
+use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_plugin::Registry;
 use reef_report::failure::Failure;
 use reef_streams::frame::{CameraPose, Frame};
 
@@ -18,10 +20,8 @@ use super::{
 };
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Validation},
     headless::studio::Studio,
     open,
-    plugin::Registry,
     render::{Quality, Settings, Shot},
     world::{Options, World, camera},
 };

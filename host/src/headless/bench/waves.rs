@@ -13,6 +13,7 @@ use reef_flow::{
         bare::{Bare, Scalar},
     },
 };
+use reef_plugin::Registry;
 use reef_report::failure::Failure;
 use reef_sdk::{Chunks, prelude::*};
 
@@ -24,7 +25,6 @@ use super::{
 use crate::{
     common::Common,
     open,
-    plugin::Registry,
     world::{
         Options, World,
         scene::{error::Source, load_text},

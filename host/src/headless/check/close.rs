@@ -2,6 +2,8 @@
 
 use std::{thread, time::Duration};
 
+use reef_plugin::{bare::process::Held, pinned};
+
 use super::{
     sea::Sea,
     subject::{Subject, WORKERS, run},
@@ -11,7 +13,6 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::{bare::process::Held, pinned};
 
 const THREADS: &str = "Plugins never start threads.";
 
@@ -135,7 +136,7 @@ fn files(subject: &Subject) -> Outcome {
 
 fn signals(subject: &Subject) -> Outcome {
     // The guards' own handlers come with the first thread that runs a plugin's code.
-    drop(crate::plugin::generation::Generation::new(1));
+    drop(reef_plugin::generation::Generation::new(1));
     let start = Held::now().handlers;
     let [_, after] = life(subject)?;
     let changed = start ^ after.handlers;

@@ -4,15 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use reef_files::bounded;
+use reef_plugin::PluginInfo;
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
-use crate::{
-    plugin::PluginInfo,
-    world::{
-        catalogue,
-        scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
-    },
+use crate::world::{
+    catalogue,
+    scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
 };
 
 /// What `--config` says.

@@ -3,6 +3,7 @@
 use std::mem::size_of;
 
 use reef_abi as abi;
+use reef_plugin::{PluginError, bare::pages::Pages};
 
 use super::{
     descriptor,
@@ -10,7 +11,6 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::{PluginError, bare::pages::Pages};
 
 pub(super) const CHECKS: &[Check] = &[
     Check {
@@ -147,7 +147,7 @@ fn copies(subject: &Subject) -> Outcome {
     pages.take_away();
     for number in 0..3 {
         let report = instance.step(&super::sea::Sea::usual().input(number), &[]);
-        if let crate::plugin::Health::Faulty(message) = instance.health() {
+        if let reef_plugin::Health::Faulty(message) = instance.health() {
             broken!("{}", report.message.as_ref().unwrap_or(message));
         }
     }

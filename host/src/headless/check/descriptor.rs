@@ -8,8 +8,8 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::bare::survey::{Descriptor, Text};
 use reef_abi as abi;
+use reef_plugin::bare::survey::{Descriptor, Text};
 
 const STRINGS: &str = "`const char *` alone is NUL-terminated and valid until close()";
 

@@ -5,6 +5,10 @@ use object::{
     elf::{DF_1_NODELETE, DT_FLAGS_1, STB_GNU_UNIQUE},
 };
 use reef_abi as abi;
+use reef_plugin::{
+    Refusal,
+    inspect::{self, CONTRACT, Contract, Head, Parsed},
+};
 
 use super::{
     subject::Subject,
@@ -13,10 +17,6 @@ use super::{
         Rule::{Guide, Header},
     },
     verdict::{Not, Outcome, broken, must},
-};
-use crate::plugin::{
-    Refusal,
-    inspect::{self, CONTRACT, Contract, Head, Parsed},
 };
 
 const SYMBOL: &str = "A plugin is a dynamic library with one exported data symbol, `reef_sim_entry`.";

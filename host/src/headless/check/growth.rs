@@ -2,6 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use reef_plugin::bare::{
+    imports::Kind,
+    process::{Held, heap},
+};
+
 use super::{
     sea::Sea,
     state::kept,
@@ -12,10 +17,6 @@ use super::{
         Rule::{Guide, Header},
     },
     verdict::{Not, Outcome, must},
-};
-use crate::plugin::bare::{
-    imports::Kind,
-    process::{Held, heap},
 };
 
 const FREES: &str = "Never crosses: what one side allocated, that side frees.";

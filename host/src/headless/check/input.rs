@@ -6,11 +6,11 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken},
 };
-use crate::plugin::{
+use reef_abi as abi;
+use reef_plugin::{
     StepStatus,
     bare::pages::{Pages, Withheld},
 };
-use reef_abi as abi;
 
 pub(super) const CHECKS: &[Check] = &[
     Check {

@@ -139,7 +139,7 @@ fn conclude(judgements: &[Judgement]) -> Outcome {
 
 /// A path that leads nowhere is no fault of a plugin.
 fn readable(path: &Path) -> Outcome {
-    match crate::plugin::inspect::read(path) {
+    match reef_plugin::inspect::read(path) {
         Ok(_) => Ok(()),
         Err(refusal) => Err(Failure::input(miette::miette!("{}: {refusal}", path.display()))),
     }

@@ -1,6 +1,7 @@
 //! Parameters of living instances: they change through events only, stay in their ranges, and belong to the state.
 
 use reef_abi as abi;
+use reef_plugin::{Instance, ParamInfo, ParamKind, Plugin};
 
 use super::{
     sea::Sea,
@@ -12,7 +13,6 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::{Instance, ParamInfo, ParamKind, Plugin};
 
 const EVENTS: &str = "The parameter's present value. Parameters change through the step's events only.";
 const NOW: &str = "the parameter `param` is now `value`";

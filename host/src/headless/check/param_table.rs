@@ -1,6 +1,7 @@
 //! What a plugin says of its parameters: the panel, scene files and the journal are made from it.
 
 use reef_abi as abi;
+use reef_plugin::bare::survey::{Descriptor, Param, Text};
 
 use super::{
     descriptor::missing,
@@ -8,7 +9,6 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken},
 };
-use crate::plugin::bare::survey::{Descriptor, Param, Text};
 
 pub(super) const CHECKS: &[Check] = &[
     check("param-present", "As many parameters are there as are declared.", "[opt]", present),

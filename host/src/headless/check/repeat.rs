@@ -9,6 +9,7 @@ use std::{
 };
 
 use reef_abi as abi;
+use reef_plugin::Plugin;
 
 use super::{
     sea::Sea,
@@ -16,7 +17,6 @@ use super::{
     table::{Check, Of, Rule::Guide},
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::Plugin;
 
 const SAME: &str = "The same scene, seed and number of steps give the same bytes, with one worker or many, on every instruction set.";
 const NEEDS: &[&str] = &["step-full", "load-again", "destroy-stepped"];

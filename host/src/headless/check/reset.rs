@@ -1,5 +1,7 @@
 //! Back to the beginning.
 
+use reef_plugin::Instance;
+
 use super::{
     sea::Sea,
     step::WORKS,
@@ -7,7 +9,6 @@ use super::{
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken},
 };
-use crate::plugin::Instance;
 
 pub(super) const CHECKS: &[Check] = &[
     check("reset-fresh", "A fresh instance can be reset.", WORKS, fresh),

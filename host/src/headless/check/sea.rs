@@ -1,9 +1,8 @@
 //! Small seas to step plugins in.
 
 use reef_abi as abi;
+use reef_plugin::StepInput;
 use reef_streams::environment::Heightfield;
-
-use crate::plugin::StepInput;
 
 /// What a step's input refers to.
 #[derive(Clone, Debug)]

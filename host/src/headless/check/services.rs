@@ -1,5 +1,6 @@
 //! What the host lends, and what a plugin must not get elsewhere.
 
+use reef_plugin::bare::imports::Kind;
 use reef_streams::textures::Refused;
 
 use super::{
@@ -12,7 +13,6 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::bare::imports::Kind;
 
 pub(super) const CHECKS: &[Check] = &[
     Check {

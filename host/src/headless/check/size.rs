@@ -1,6 +1,10 @@
 //! Growth of the contract: structs of hosts that are older or newer than this plugin.
 
 use reef_abi as abi;
+use reef_plugin::{
+    StepStatus,
+    bare::calls::{Bare, Newer},
+};
 
 use super::{
     sea::Sea,
@@ -9,10 +13,6 @@ use super::{
     subject::{Subject, WORKERS, difference, emitted, payload, run, step},
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken, must},
-};
-use crate::plugin::{
-    StepStatus,
-    bare::calls::{Bare, Newer},
 };
 
 const READS: &str = "A reader takes min(size, sizeof) bytes and treats the rest as zero";

@@ -1,6 +1,7 @@
 //! States: all that a later step depends on, in bytes that say the same everywhere.
 
 use reef_abi as abi;
+use reef_plugin::{Instance, Plugin, bare::calls::Bare};
 
 use super::{
     param,
@@ -13,7 +14,6 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::{Instance, Plugin, bare::calls::Bare};
 
 const WHOLE: &str = "with it, the sea goes on exactly as if nothing had happened";
 

@@ -1,6 +1,10 @@
 //! Bytes that are no state of this plugin: refused, and the instance is as it was.
 
 use reef_abi as abi;
+use reef_plugin::{
+    Instance, Plugin, PluginError,
+    bare::calls::{Bare, status},
+};
 
 use super::{
     sea::Sea,
@@ -8,10 +12,6 @@ use super::{
     subject::{Subject, difference, payload, run},
     table::{Check, Of, Rule::Header},
     verdict::{Not, Outcome, broken, must},
-};
-use crate::plugin::{
-    Instance, Plugin, PluginError,
-    bare::calls::{Bare, status},
 };
 
 const ALL_OR_NOTHING: &str = "All or nothing: anything but REEF_OK leaves the instance as it was.";

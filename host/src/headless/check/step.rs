@@ -1,6 +1,7 @@
 //! Stepping, in all kinds of seas.
 
 use reef_abi as abi;
+use reef_plugin::StepStatus;
 
 use super::{
     sea::Sea,
@@ -11,7 +12,6 @@ use super::{
     },
     verdict::{Not, Outcome, broken, must},
 };
-use crate::plugin::StepStatus;
 
 /// What most checks need: it steps, and two instances, or states, can be compared.
 pub(super) const WORKS: &[&str] = &["step-runs", "state-saves", "state-twice", "repeat-instances"];
@@ -157,7 +157,7 @@ fn zero(subject: &Subject) -> Outcome {
     for number in 0..20 {
         step(&mut instance, &sea.input(number), &[])?;
         let before = everything(&mut instance)?;
-        step(&mut instance, &crate::plugin::StepInput { dt: 0.0, ..sea.input(number) }, &[])?;
+        step(&mut instance, &reef_plugin::StepInput { dt: 0.0, ..sea.input(number) }, &[])?;
         if let Some(difference) = difference(&before, &everything(&mut instance)?) {
             broken!("after step {number}, one with dt = 0 changed outputs or state: {difference}");
         }
@@ -198,7 +198,7 @@ fn unchanged(subject: &Subject, flags: u32, what: &str) -> Outcome {
         step(&mut plain, &sea.input(number), &[])?;
         step(&mut flagged, &other.input(number), &[])?;
         // With dt = 0 once more, as the host asks for a recording's first step.
-        step(&mut flagged, &crate::plugin::StepInput { dt: 0.0, ..other.input(number) }, &[])?;
+        step(&mut flagged, &reef_plugin::StepInput { dt: 0.0, ..other.input(number) }, &[])?;
         if let Some(difference) = difference(&everything(&mut plain)?, &everything(&mut flagged)?) {
             broken!("{what}, step {number} gives other outputs or another state: {difference}");
         }

@@ -8,6 +8,10 @@ use std::{
 
 use bytemuck::Pod;
 use reef_abi as abi;
+use reef_plugin::{
+    Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
+    envelope::Envelope, image::Image, inspect,
+};
 use reef_streams::Outputs;
 
 use super::{
@@ -17,14 +21,7 @@ use super::{
     sea::Sea,
     verdict::{Not, broken},
 };
-use crate::{
-    common::Common,
-    plugin::{
-        Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
-        envelope::Envelope, image::Image, inspect,
-    },
-    world::assets,
-};
+use crate::{common::Common, world::assets};
 
 /// Workers, where a check says nothing about them.
 pub(super) const WORKERS: usize = 2;

@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
+use reef_plugin::{Instance, bare::process::processor_time};
+
 use super::{
     sea::{DT, Sea},
     subject::{Subject, step},
     table::{Check, Of, Rule::Guide},
     verdict::{Not, Outcome, must},
 };
-use crate::plugin::{Instance, bare::process::processor_time};
 
 const WATCHED: &str = "after 250 ms of work `should_stop` answers 1";
 

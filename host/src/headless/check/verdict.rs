@@ -51,14 +51,14 @@ impl From<Outcome> for Verdict {
     }
 }
 
-impl From<crate::plugin::PluginError> for Not {
-    fn from(error: crate::plugin::PluginError) -> Self {
+impl From<reef_plugin::PluginError> for Not {
+    fn from(error: reef_plugin::PluginError) -> Self {
         Self::Kept(error.to_string())
     }
 }
 
-impl From<crate::plugin::Refusal> for Not {
-    fn from(refusal: crate::plugin::Refusal) -> Self {
+impl From<reef_plugin::Refusal> for Not {
+    fn from(refusal: reef_plugin::Refusal) -> Self {
         Self::Kept(format!("the library {refusal}"))
     }
 }

@@ -10,6 +10,8 @@ use std::{
     sync::Arc,
 };
 
+use reef_gpu::{Gpu, GpuOptions, Picture, Validation};
+use reef_plugin::Registry;
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -27,9 +29,7 @@ use super::{
 };
 use crate::{
     common::Common,
-    gpu::{Gpu, GpuOptions, Picture, Validation},
     open,
-    plugin::Registry,
     render::{Settings, Shot},
     world::{Options, World, scene::Scene},
 };

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
+use reef_plugin::PluginInfo;
 use serde_json::{Map, Value as Json};
 
 use super::{
     check::{Bounds, deref, describe, tag_of},
     format, schema, species_schema,
 };
-use crate::plugin::PluginInfo;
 
 /// The complete scene of the introduction; a test loads and steps it.
 pub const EXAMPLE: &str = include_str!("example.toml");

@@ -1,9 +1,9 @@
 //! The JSON Schema of scenes with the tables of all plugins in it: what editors complete and underline.
 
+use reef_plugin::{ParamKind, PluginInfo};
 use serde_json::{Map, Value as Json, json};
 
 use super::format;
-use crate::plugin::{ParamKind, PluginInfo};
 
 /// The scene's schema, in which a module is one of the plugins.
 pub fn merged<'a>(plugins: impl Iterator<Item = &'a PluginInfo>) -> Json {

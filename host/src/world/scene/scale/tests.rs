@@ -4,20 +4,18 @@ use std::collections::BTreeSet;
 
 use reef_anemone_model::Anemones;
 use reef_particles_model::Particles;
+use reef_plugin::Registry;
 use serde_json::json;
 
 use super::*;
-use crate::{
-    plugin::Registry,
-    world::{
-        catalogue::known,
-        scene::{
-            PluginInfo,
-            check::{Terms, check},
-            document::{Entry, Node, Path, Value},
-            format, params, species_schema,
-            unit::from_metres,
-        },
+use crate::world::{
+    catalogue::known,
+    scene::{
+        PluginInfo,
+        check::{Terms, check},
+        document::{Entry, Node, Path, Value},
+        format, params, species_schema,
+        unit::from_metres,
     },
 };
 

@@ -25,7 +25,7 @@ pub(crate) use text::Text;
 pub(super) use watchdog::{wake as wake_watchdog, watch};
 
 use super::{Fate, Fault};
-use crate::plugin::marker::{self, Place};
+use crate::marker::{self, Place};
 
 /// What goes through the guarded call: the closure, then its result.
 struct Parcel<F, R> {

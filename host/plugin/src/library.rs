@@ -119,7 +119,7 @@ impl Library {
     }
 
     /// Loads and opens a library whose descriptors nobody has read yet.
-    pub(crate) fn open_image(path: &Path, image: &Image<'_>, workers: usize) -> Result<Self, Refusal> {
+    pub fn open_image(path: &Path, image: &Image<'_>, workers: usize) -> Result<Self, Refusal> {
         let head = inspect::inspect(image)?;
         let note = inspect::judge(head, CONTRACT)?;
         let generation = start(workers)?;
@@ -230,7 +230,7 @@ impl Library {
     }
 
     /// Calls close() and unloads the library; Err: what its code did in place of returning. Instances must be gone.
-    pub(crate) fn close(mut self) -> Result<(), String> {
+    pub fn close(mut self) -> Result<(), String> {
         self.close_open()
     }
 
@@ -268,7 +268,7 @@ impl Library {
 
     /// Runs code of the host's on the library's control thread.
     #[cfg(target_os = "linux")]
-    pub(crate) fn on_control<R: Send>(&self, code: impl FnOnce() -> R + Send) -> Result<R, String> {
+    pub fn on_control<R: Send>(&self, code: impl FnOnce() -> R + Send) -> Result<R, String> {
         self.generation().map(|generation| generation.run(code)).ok_or_else(|| "it is closed".into())
     }
 

@@ -11,11 +11,11 @@
 //!
 //! What only `reef plugin check` does to a plugin is in `bare`.
 //!
-//! `unsafe` lives here (and in `gpu`): in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
+//! `unsafe` lives in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
 //! `instance`, `bare` and the two functions of `recorder` that a plugin calls.
 
 #[cfg(target_os = "linux")]
-pub(crate) mod bare;
+pub mod bare;
 pub mod copies;
 pub mod envelope;
 mod error;
@@ -36,7 +36,7 @@ pub mod registry;
 mod scratch;
 mod services;
 
-pub use reef_streams::{self as streams, textures};
+use reef_streams::{self as streams, textures};
 
 pub use error::{PluginError, Refusal};
 pub use guard::{Limits, offer_patience, set_limits};

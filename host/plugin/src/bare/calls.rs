@@ -18,7 +18,7 @@ use super::process::float_control;
 /// A struct of the contract as a newer version of it would be: fields that this version does not know follow.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grown<T> {
+pub struct Grown<T> {
     known: T,
     later: [u64; 8],
 }
@@ -40,16 +40,19 @@ const fn grown<T>() -> u32 {
 
 /// What `create` did with a table of some size.
 #[derive(Clone, Debug)]
-pub(crate) struct Filled {
-    pub(crate) status: i32,
-    pub(crate) message: Option<String>,
+pub struct Filled {
+    /// What it returned, `abi::OK` or another.
+    pub status: i32,
+    /// What it said with `set_error`.
+    pub message: Option<String>,
     /// Bytes that it says to have filled.
-    pub(crate) size: u32,
-    pub(crate) spare: u32,
+    pub size: u32,
+    /// What it left where zero stood.
+    pub spare: u32,
     /// Functions of the table that are there.
-    pub(crate) functions: [(&'static str, bool); 6],
+    pub functions: [(&'static str, bool); 6],
     /// Nothing behind the size that it was given was written.
-    pub(crate) kept: bool,
+    pub kept: bool,
 }
 
 /// A place for an instance, on its way to the control thread.
@@ -60,7 +63,7 @@ unsafe impl Send for Place {}
 
 impl Plugin {
     /// Calls `create` with a table of `size` bytes, with nonsense behind it; an instance that comes of it is destroyed.
-    pub(crate) fn create_sized(&self, config: &str, size: u32) -> Result<Filled, PluginError> {
+    pub fn create_sized(&self, config: &str, size: u32) -> Result<Filled, PluginError> {
         let id = &self.info().id;
         let fault = |message| PluginError::Fault { plugin: id.clone(), call: "create", message };
         let generation = generation(self)?;
@@ -120,7 +123,7 @@ impl Plugin {
     }
 
     /// Makes an instance whose host is a newer one.
-    pub(crate) fn create_in_grown_host(&self, config: &str) -> Result<Instance, PluginError> {
+    pub fn create_in_grown_host(&self, config: &str) -> Result<Instance, PluginError> {
         self.create_with(config, |services| {
             // SAFETY: the services' own table, which lives as long as they.
             let mut table = unsafe { *services.table() };
@@ -145,7 +148,7 @@ fn functions(table: &abi::Instance) -> [(&'static str, bool); 6] {
 
 /// Which of the structs of a call are those of a newer host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Newer {
+pub enum Newer {
     /// `reef_step`.
     Step,
     /// `reef_output`.
@@ -154,17 +157,12 @@ pub(crate) enum Newer {
 
 impl Instance {
     /// The instance's functions, and whether it offers them.
-    pub(crate) fn functions(&self) -> [(&'static str, bool); 6] {
+    pub fn functions(&self) -> [(&'static str, bool); 6] {
         functions(&self.raw.0)
     }
 
     /// Steps with a struct of a newer host.
-    pub(crate) fn step_newer(
-        &mut self,
-        input: &StepInput<'_>,
-        events: &[abi::Event],
-        newer: Newer,
-    ) -> StepReport {
+    pub fn step_newer(&mut self, input: &StepInput<'_>, events: &[abi::Event], newer: Newer) -> StepReport {
         self.step_with(input, events, |step, ctx, input, output| {
             let size = if newer == Newer::Step { grown::<abi::Step>() } else { input.size };
             let input = Grown::new(abi::Step { size, ..*input });
@@ -176,7 +174,7 @@ impl Instance {
     }
 
     /// Steps, and tells the floating-point unit's control bits before and after, within the call.
-    pub(crate) fn step_float(&mut self, input: &StepInput<'_>) -> [u64; 2] {
+    pub fn step_float(&mut self, input: &StepInput<'_>) -> [u64; 2] {
         let mut seen = [0; 2];
         let place = Pointer((&raw mut seen).cast());
         // Whether it fails is for others.
@@ -194,27 +192,27 @@ impl Instance {
     }
 
     /// Between two steps: fills scratch memory with nonsense.
-    pub(crate) fn soil_scratch(&self) {
+    pub fn soil_scratch(&self) {
         self.services.soil();
     }
 
     /// Between two steps: fills the room for elements with nonsense.
-    pub(crate) fn soil_outputs(&mut self) {
+    pub fn soil_outputs(&mut self) {
         self.recorder.soil();
     }
 
     /// Throws the last outputs away, as the host does after a trial step.
-    pub(crate) fn forget(&mut self) {
+    pub fn forget(&mut self) {
         self.recorder.forget();
     }
 
     /// How many elements of a stream the last step committed; None: it did not commit it.
-    pub(crate) fn committed(&self, stream: u32) -> Option<u64> {
+    pub fn committed(&self, stream: u32) -> Option<u64> {
         self.recorder.committed(stream)
     }
 
     /// The state's bytes without their envelope, in a writer that has `room` for so many, and is a newer host's or not.
-    pub(crate) fn save_bare(&mut self, room: usize, newer: bool) -> Result<Vec<u8>, PluginError> {
+    pub fn save_bare(&mut self, room: usize, newer: bool) -> Result<Vec<u8>, PluginError> {
         let generation = generation(self.plugin())?.number();
         let mut sink = Sink { generation, room, ..Sink::default() };
         let place = Pointer((&raw mut sink).cast());
@@ -230,7 +228,7 @@ impl Instance {
     }
 
     /// Gives bytes without an envelope to `load_state`; Err: the status, and what it said.
-    pub(crate) fn load_bare(&mut self, state: Bare<'_>) -> Result<(), (i32, PluginError)> {
+    pub fn load_bare(&mut self, state: Bare<'_>) -> Result<(), (i32, PluginError)> {
         let mut source = Source { rest: state.bytes, most: state.at_once };
         let place = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
@@ -248,12 +246,12 @@ impl Instance {
     }
 
     /// Destroys it; Err: what its code did in place of returning.
-    pub(crate) fn destroy(mut self) -> Result<(), PluginError> {
+    pub fn destroy(mut self) -> Result<(), PluginError> {
         self.end()
     }
 
     /// Destroys it, and tells what was refused of its textures in its life.
-    pub(crate) fn destroy_and_tell(mut self) -> Result<Refused, PluginError> {
+    pub fn destroy_and_tell(mut self) -> Result<Refused, PluginError> {
         self.end()?;
         Ok(self.services.refused_textures())
     }
@@ -273,23 +271,25 @@ impl Instance {
 
 /// A state without an envelope, and how it is read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bare<'a> {
-    pub(crate) bytes: &'a [u8],
-    pub(crate) version: u32,
+pub struct Bare<'a> {
+    /// The payload.
+    pub bytes: &'a [u8],
+    /// Its version, by the plugin's own count.
+    pub version: u32,
     /// Most bytes that a call of `read` gives.
-    pub(crate) at_once: usize,
+    pub at_once: usize,
     /// The reader is a newer host's.
-    pub(crate) newer: bool,
+    pub newer: bool,
 }
 
 impl<'a> Bare<'a> {
     /// As the host gives it.
-    pub(crate) fn new(bytes: &'a [u8], version: u32) -> Self {
+    pub fn new(bytes: &'a [u8], version: u32) -> Self {
         Self { bytes, version, at_once: usize::MAX, newer: false }
     }
 }
 
 /// A status as the header names it.
-pub(crate) fn status(status: i32) -> String {
+pub fn status(status: i32) -> String {
     status_name(status)
 }

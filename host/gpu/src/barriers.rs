@@ -194,7 +194,7 @@ fn single_stages(stages: S) -> impl Iterator<Item = S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::access::Access;
+    use crate::access::Access;
 
     fn buffer(access: Access) -> Use {
         merge(&[access.describe(false)], false).expect("buffers have no layout")

@@ -7,28 +7,28 @@ use std::{
 
 /// What the process holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Held {
+pub struct Held {
     /// Threads.
-    pub(crate) threads: usize,
+    pub threads: usize,
     /// Open files.
-    pub(crate) files: usize,
+    pub files: usize,
     /// Processes that this one started and that still run.
-    pub(crate) children: usize,
+    pub children: usize,
     /// The lowest key of `pthread_key_create` that nobody has.
-    pub(crate) key: u32,
+    pub key: u32,
     /// Which signals have a handler, a bit each.
-    pub(crate) handlers: u64,
+    pub handlers: u64,
     /// Bytes of the C library's heap in use, its large blocks included.
-    pub(crate) heap: u64,
+    pub heap: u64,
     /// Mapped regions.
-    pub(crate) mappings: usize,
+    pub mappings: usize,
     /// Memory in use, in pages of the system.
-    pub(crate) resident: usize,
+    pub resident: usize,
 }
 
 impl Held {
     /// Now.
-    pub(crate) fn now() -> Self {
+    pub fn now() -> Self {
         let entries = |folder: &str| fs::read_dir(folder).map_or(0, Iterator::count);
         let statm = fs::read_to_string("/proc/self/statm").unwrap_or_default();
         Self {
@@ -46,7 +46,7 @@ impl Held {
 
 impl Held {
     /// What it holds after something that began with `before`. A thread that was joined is there for a moment still.
-    pub(crate) fn after(before: &Self) -> Self {
+    pub fn after(before: &Self) -> Self {
         let end = Instant::now() + Duration::from_millis(300);
         loop {
             let now = Self::now();
@@ -90,7 +90,7 @@ fn handlers() -> u64 {
 
 /// Bytes of the C library's heap in use.
 #[cfg(target_env = "gnu")]
-pub(crate) fn heap() -> u64 {
+pub fn heap() -> u64 {
     // SAFETY: only asks.
     let info = unsafe { libc::mallinfo2() };
     (info.uordblks + info.hblkhd) as u64
@@ -98,13 +98,13 @@ pub(crate) fn heap() -> u64 {
 
 /// Other C libraries do not tell.
 #[cfg(not(target_env = "gnu"))]
-pub(crate) fn heap() -> u64 {
+pub fn heap() -> u64 {
     0
 }
 
 /// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point unit.
 #[cfg(target_arch = "x86_64")]
-pub(crate) fn float_control() -> u64 {
+pub fn float_control() -> u64 {
     let mut control = 0_u32;
     // SAFETY: stores a register in a variable of ours.
     unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &mut control, options(nostack)) };
@@ -113,7 +113,7 @@ pub(crate) fn float_control() -> u64 {
 
 /// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point unit.
 #[cfg(target_arch = "aarch64")]
-pub(crate) fn float_control() -> u64 {
+pub fn float_control() -> u64 {
     let control: u64;
     // SAFETY: reads a register.
     unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) control, options(nostack, nomem)) };
@@ -122,12 +122,12 @@ pub(crate) fn float_control() -> u64 {
 
 /// Other machines are not asked.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub(crate) fn float_control() -> u64 {
+pub fn float_control() -> u64 {
     0
 }
 
 /// Processor time of the calling thread [ns].
-pub(crate) fn processor_time() -> u64 {
+pub fn processor_time() -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the calling thread's clock, into a variable of ours.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) };

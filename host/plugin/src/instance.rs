@@ -221,7 +221,7 @@ impl Instance {
     }
 
     /// It is not to be stepped any more, for a reason that no step gave.
-    pub(crate) fn condemn(&mut self, reason: String) {
+    pub fn condemn(&mut self, reason: String) {
         self.health = Health::Faulty(reason);
     }
 

@@ -11,7 +11,7 @@ use super::{
     call,
     frame::{Frame, Seen},
 };
-use crate::plugin::{
+use crate::{
     guard::fate::stage,
     marker::{self, Place},
 };

@@ -132,7 +132,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::plugin::inspect::inspect;
+    use crate::inspect::inspect;
 
     fn read(bytes: &[u8]) -> Image<'static> {
         let mut file = tempfile::tempfile().unwrap();

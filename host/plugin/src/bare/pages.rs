@@ -11,7 +11,7 @@ use super::super::{
 
 /// Pages of our own.
 #[derive(Debug)]
-pub(crate) struct Pages {
+pub struct Pages {
     start: *mut u8,
     size: usize,
     used: usize,
@@ -22,7 +22,7 @@ unsafe impl Send for Pages {}
 
 impl Pages {
     /// Room for `bytes`.
-    pub(crate) fn new(bytes: usize) -> io::Result<Self> {
+    pub fn new(bytes: usize) -> io::Result<Self> {
         let size = bytes.max(1).next_multiple_of(1 << 16);
         // SAFETY: fresh memory, which is checked below.
         let start = unsafe {
@@ -36,7 +36,7 @@ impl Pages {
     }
 
     /// Copies values in; NULL for none, or where there is no room.
-    pub(crate) fn place<T: Copy>(&mut self, values: &[T]) -> *const T {
+    pub fn place<T: Copy>(&mut self, values: &[T]) -> *const T {
         let at = self.used.next_multiple_of(align_of::<T>().max(8));
         let bytes = size_of_val(values);
         if bytes == 0 || at + bytes > self.size {
@@ -52,12 +52,12 @@ impl Pages {
     }
 
     /// From now on they can be read only.
-    pub(crate) fn read_only(&self) {
+    pub fn read_only(&self) {
         self.protect(libc::PROT_READ);
     }
 
     /// From now on whoever touches them faults.
-    pub(crate) fn take_away(&self) {
+    pub fn take_away(&self) {
         self.protect(libc::PROT_NONE);
     }
 
@@ -75,7 +75,7 @@ impl Pages {
 
 /// What a plugin may not do with its input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Withheld {
+pub enum Withheld {
     /// Write to it.
     Writing,
     /// Look at it after the step.
@@ -84,7 +84,7 @@ pub(crate) enum Withheld {
 
 impl Pages {
     /// A text, which is there until the pages are taken away.
-    pub(crate) fn text(&mut self, text: &str) -> &str {
+    pub fn text(&mut self, text: &str) -> &str {
         let place = self.place(text.as_bytes());
         if place.is_null() {
             return "";
@@ -103,7 +103,7 @@ impl Drop for Pages {
 
 impl Instance {
     /// Steps with an input that lies in `pages`, of which the plugin cannot do what is withheld.
-    pub(crate) fn step_from(
+    pub fn step_from(
         &mut self,
         pages: &mut Pages,
         input: &StepInput<'_>,

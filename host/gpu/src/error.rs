@@ -3,7 +3,7 @@
 use ash::vk;
 use reef_report::failure::Failure;
 
-/// Result of everything in [`crate::gpu`].
+/// Result of everything in [`crate`].
 pub type Result<T> = std::result::Result<T, GpuError>;
 
 /// A failure of Vulkan, its loader, its driver, or of how it was asked.

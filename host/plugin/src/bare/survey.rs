@@ -4,14 +4,14 @@ use std::ffi::{CStr, c_char};
 
 use reef_abi as abi;
 
-use crate::plugin::{
+use crate::{
     info::{MOST_CHOICES, MOST_PARAMS, read_sized},
     library::Library,
 };
 
 /// A string of a descriptor.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Text {
+pub enum Text {
     /// The pointer is NULL.
     Null,
     /// Its bytes are not UTF-8.
@@ -20,50 +20,52 @@ pub(crate) enum Text {
     Good(String),
 }
 
-/// A descriptor.
+/// A descriptor: the contract's `reef_descriptor`, whose comments explain the fields.
+#[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Descriptor {
-    pub(crate) size: u32,
-    pub(crate) flags: u32,
-    pub(crate) spare: u32,
-    pub(crate) id: Text,
-    pub(crate) name: Text,
-    pub(crate) version: Text,
-    pub(crate) vendor: Text,
-    pub(crate) description: Text,
-    pub(crate) config_schema: Text,
-    pub(crate) param_count: u32,
+pub struct Descriptor {
+    pub size: u32,
+    pub flags: u32,
+    pub spare: u32,
+    pub id: Text,
+    pub name: Text,
+    pub version: Text,
+    pub vendor: Text,
+    pub description: Text,
+    pub config_schema: Text,
+    pub param_count: u32,
     /// NULL where parameters should be.
-    pub(crate) params_missing: bool,
-    pub(crate) params: Vec<Param>,
-    pub(crate) state_version: u32,
-    pub(crate) state_min_version: u32,
-    pub(crate) has_create: bool,
+    pub params_missing: bool,
+    pub params: Vec<Param>,
+    pub state_version: u32,
+    pub state_min_version: u32,
+    pub has_create: bool,
 }
 
-/// A parameter.
+/// A parameter: the contract's `reef_param`.
+#[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Param {
-    pub(crate) id: u32,
-    pub(crate) kind: u32,
-    pub(crate) flags: u32,
-    pub(crate) choice_count: u32,
-    pub(crate) minimum: f64,
-    pub(crate) maximum: f64,
-    pub(crate) default: f64,
-    pub(crate) key: Text,
-    pub(crate) label: Text,
-    pub(crate) group: Text,
-    pub(crate) unit: Text,
-    pub(crate) help: Text,
+pub struct Param {
+    pub id: u32,
+    pub kind: u32,
+    pub flags: u32,
+    pub choice_count: u32,
+    pub minimum: f64,
+    pub maximum: f64,
+    pub default: f64,
+    pub key: Text,
+    pub label: Text,
+    pub group: Text,
+    pub unit: Text,
+    pub help: Text,
     /// None: NULL.
-    pub(crate) choices: Option<Vec<Text>>,
-    pub(crate) spare: [u64; 2],
+    pub choices: Option<Vec<Text>>,
+    pub spare: [u64; 2],
 }
 
 impl Text {
     /// The text, if it is one.
-    pub(crate) fn good(&self) -> Option<&str> {
+    pub fn good(&self) -> Option<&str> {
         match self {
             Self::Good(text) => Some(text),
             _ => None,
@@ -82,12 +84,12 @@ unsafe impl Send for List {}
 
 impl Library {
     /// How many descriptors the entry says that there are.
-    pub(crate) fn descriptor_count(&self) -> u32 {
+    pub fn descriptor_count(&self) -> u32 {
         self.raw_entry().descriptor_count
     }
 
     /// All descriptors; None in place of one that is NULL or misaligned. Err: a pointer leads nowhere.
-    pub(crate) fn survey(&self) -> Result<Vec<Option<Descriptor>>, String> {
+    pub fn survey(&self) -> Result<Vec<Option<Descriptor>>, String> {
         let entry = self.raw_entry();
         if entry.descriptors.is_null() || !entry.descriptors.is_aligned() {
             return Err("the entry's list of descriptors is NULL or misaligned".into());

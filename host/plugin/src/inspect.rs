@@ -49,7 +49,7 @@ pub fn read(path: &Path) -> Result<Image<'static>, Refusal> {
 }
 
 /// A library's file, taken apart.
-pub(crate) type Parsed<'a> = object::File<'a, &'a Image<'a>>;
+pub type Parsed<'a> = object::File<'a, &'a Image<'a>>;
 
 /// Looks for the entry in a library.
 pub fn inspect(image: &Image<'_>) -> Result<Head, Refusal> {
@@ -78,12 +78,12 @@ pub fn inspect(image: &Image<'_>) -> Result<Head, Refusal> {
 }
 
 /// Takes a library's file apart.
-pub(crate) fn parse<'a>(image: &'a Image<'a>) -> Result<Parsed<'a>, Refusal> {
+pub fn parse<'a>(image: &'a Image<'a>) -> Result<Parsed<'a>, Refusal> {
     object::File::parse(image).map_err(|error| Refusal::NoLibrary(error.to_string()))
 }
 
 /// A word of 32 bits of the entry, at this offset in it.
-pub(crate) fn entry_word(image: &Image<'_>, offset: usize) -> Result<u32, Refusal> {
+pub fn entry_word(image: &Image<'_>, offset: usize) -> Result<u32, Refusal> {
     let file = parse(image)?;
     let entry = entry_bytes(&file, find_entry(&file)?, offset + 4)?;
     Ok(u32::from_ne_bytes(std::array::from_fn(|i| entry[offset + i])))

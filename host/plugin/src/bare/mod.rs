@@ -3,8 +3,8 @@
 //!
 //! Everything runs through the same guards, threads and services as in a sea.
 
-pub(crate) mod calls;
-pub(crate) mod imports;
-pub(crate) mod pages;
-pub(crate) mod process;
-pub(crate) mod survey;
+pub mod calls;
+pub mod imports;
+pub mod pages;
+pub mod process;
+pub mod survey;

@@ -7,11 +7,11 @@ use std::{
     sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering},
 };
 
-use crate::plugin::library::Library;
+use crate::library::Library;
 
 /// What is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// Memory from the system.
     Memory,
     /// Threads and processes that are started.
@@ -129,11 +129,11 @@ watched! {
 
 /// A library whose imports are watched.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Imports(());
+pub struct Imports(());
 
 impl Imports {
     /// Calls of this kind, from any thread, while `work` runs, and the name of the last function among them.
-    pub(crate) fn count(&self, kind: Kind, work: impl FnOnce()) -> (u64, &'static str) {
+    pub fn count(&self, kind: Kind, work: impl FnOnce()) -> (u64, &'static str) {
         let at = kind as usize;
         COUNTS[at].store(0, Ordering::Relaxed);
         ASKED.store(true, Ordering::SeqCst);
@@ -147,7 +147,7 @@ impl Imports {
 
 impl Library {
     /// Watches its imports from now on. Err: the library's table of imports is not understood.
-    pub(crate) fn watch_imports(&self) -> Result<Imports, String> {
+    pub fn watch_imports(&self) -> Result<Imports, String> {
         let Some(open) = self.raw_entry().open else { return Err("it is closed".into()) };
         let mut search = Search { address: open as usize, found: 0, dynamic: None };
         // SAFETY: `find` takes a `Search`, which lives during the call.

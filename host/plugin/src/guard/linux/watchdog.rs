@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::plugin::guard::{Fate, Watch, fate::stage, limits};
+use crate::guard::{Fate, Watch, fate::stage, limits};
 
 /// How often the watchdog looks while a call runs.
 const TICK: Duration = Duration::from_millis(10);

@@ -180,10 +180,10 @@ pub fn disagreements(folder: &Path, embedded: &[(&str, &[u8])]) -> Result<Vec<St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::embedded;
+    use crate::embedded;
 
     fn folder() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders")
     }
 
     #[test]

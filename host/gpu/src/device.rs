@@ -32,8 +32,9 @@ pub struct DeviceInfo {
     pub(crate) timestamp_bits: u32,
     #[serde(skip)]
     pub(crate) extensions: Vec<Vec<u8>>,
+    /// What of everything it can have at most.
     #[serde(skip)]
-    pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub limits: vk::PhysicalDeviceLimits,
     /// What it can do beyond what is needed.
     pub optional: Optional,
 }

@@ -123,7 +123,7 @@ fn stamps(folder: &Path) -> Stamps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{Frames, GpuOptions, Signals};
+    use crate::{Frames, GpuOptions, Signals};
 
     const NAME: &str = "selftest_scale.comp";
 

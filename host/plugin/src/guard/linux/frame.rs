@@ -3,7 +3,7 @@
 use std::mem::ManuallyDrop;
 
 use super::{super::fault::Cause, describe, stack};
-use crate::plugin::{
+use crate::{
     guard::{Fate, Fault, Watch, limits, limits::option},
     marker,
 };

@@ -154,7 +154,7 @@ pub enum PluginError {
 
 impl PluginError {
     /// Is the library itself at fault (REEF_FATAL, a caught panic, say), and not just this call?
-    pub(crate) fn is_fatal(&self) -> bool {
+    pub fn is_fatal(&self) -> bool {
         match self {
             Self::Call { status, .. } => *status == status_name(abi::FATAL),
             Self::Fault { .. } => true,

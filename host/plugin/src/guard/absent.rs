@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Fate, Fault};
-use crate::plugin::marker::{self, Place};
+use crate::marker::{self, Place};
 
 /// A thread that runs a generation's code.
 #[derive(Debug)]

@@ -12,7 +12,7 @@ use std::{
 };
 
 use super::signals;
-use crate::plugin::guard::Fate;
+use crate::guard::Fate;
 
 /// Room for the handler, and for those that it passes signals on to [bytes]. The kernel's own frame comes on top.
 const ROOM: usize = 64 << 10;

@@ -234,7 +234,7 @@ impl Module {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::embedded;
+    use crate::embedded;
     use proptest::prelude::*;
 
     fn of(name: &str) -> Interface {
