@@ -8,7 +8,5 @@ pub mod app;
 pub mod cli;
 pub mod common;
 pub mod headless;
-pub mod live;
 pub mod open;
 pub mod render;
-pub mod world;

@@ -7,15 +7,13 @@ use std::{
 
 use reef_plugin::Registry;
 use reef_report::failure::Failure;
-
-use crate::{
-    common::Common,
-    live::{Live, Setup},
-    world::{
-        Options, World, assets,
-        scene::{self, Scene},
-    },
+use reef_sea::{
+    Options, World,
+    reload::{Live, Setup},
+    scene::{self, Scene, assets},
 };
+
+use crate::common::Common;
 
 /// The scene that opens when none is named.
 pub const DEFAULT_SCENE: &str = "reef";

@@ -8,23 +8,21 @@ use std::{
 use reef_plugin as plugin;
 use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
+use reef_sea::{
+    Blend, Options, Timeline, World,
+    reload::{Live, REMEMBER, Standing},
+    step::{
+        hash::{Chain, hex},
+        water::Poke,
+    },
+};
 use reef_streams::{
     environment::{Environment, Terrain},
     frame::{CameraPose, Frame},
 };
 
 use super::panel::model::{Level, PanelModel, ParamKind, ParamView, PluginView};
-use crate::{
-    common::Common,
-    headless::show,
-    live::{Live, REMEMBER, Standing},
-    open,
-    world::{
-        Blend, Options, Timeline, World,
-        hash::{Chain, hex},
-        water::Poke,
-    },
-};
+use crate::{common::Common, headless::show, open};
 
 /// A sea that runs in real time.
 pub struct Sea {

@@ -1,8 +1,7 @@
 //! A hand in the water: the cursor's way while it stirs becomes pokes, a few a second.
 
 use glam::DVec3;
-
-use crate::world::water::{MOST_POKES, POKE_TIME, Poke};
+use reef_sea::step::water::{MOST_POKES, POKE_TIME, Poke};
 
 /// Between two pokes [s]: as many as can be felt at once, and no more.
 const PACE: f64 = POKE_TIME / (MOST_POKES - 1) as f64;

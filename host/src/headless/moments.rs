@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::world::{World, clock::Clock};
+use reef_sea::{World, step::clock::Clock};
 
 /// A golden picture's moment.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -75,7 +75,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let size = args.size.unwrap_or(SIZE);
     // The place of the result is looked at first: nobody should wait for pictures that cannot be kept.
     let mut sink = Sink::open(&args.out, size, args.fps)?;
-    let world = open::world(common, &args.scene, crate::world::Options::default())?;
+    let world = open::world(common, &args.scene, reef_sea::Options::default())?;
     let options = GpuOptions::from_environment(common.device.clone(), Validation::Off);
     let gpu = Gpu::open(&options)?;
     let outcome = frames(common, args, size, Show::new(world), &gpu, &mut sink);

@@ -7,13 +7,10 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::{say, shown},
 };
+use reef_sea::scene::{reference, schema};
 use serde_json::json;
 
-use crate::{
-    common::Common,
-    open,
-    world::scene::{reference, schema},
-};
+use crate::{common::Common, open};
 
 /// Options of `reef scene`.
 #[derive(clap::Args, Clone, Debug)]

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
+use reef_sea::{World, scene::format::SceneTable};
 use reef_streams::{
     environment::Environment,
     frame::{CameraPose, Frame},
 };
 
-use crate::{
-    render::{Settings, Shot, markers::Markers},
-    world::{World, scene::format::SceneTable},
-};
+use crate::render::{Settings, Shot, markers::Markers};
 
 /// A world that is shown moment by moment.
 pub struct Show {

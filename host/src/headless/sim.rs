@@ -13,20 +13,18 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
 };
-use serde_json::json;
-
-use crate::{
-    common::Common,
-    live::REMEMBER,
-    open,
-    world::{
-        Options, World,
+use reef_sea::{
+    Options, World,
+    reload::{REMEMBER, swap::Swap},
+    step::{
         hash::{Chain, hex},
         journal::Journal,
         record,
-        swap::Swap,
     },
 };
+use serde_json::json;
+
+use crate::{common::Common, open};
 
 /// Options of `reef sim`.
 #[derive(clap::Args, Clone, Debug)]

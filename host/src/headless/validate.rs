@@ -145,7 +145,7 @@ fn validate(
     gpu: &Gpu,
 ) -> Result<Vec<Verdict>, Failure> {
     let stem = stem(scene);
-    let world = open::world(common, scene, crate::world::Options::default())?;
+    let world = open::world(common, scene, reef_sea::Options::default())?;
     let moments = moments::moments(&stem, &world);
     let strays = moments::strays(golden, &stem, &moments);
     let dt = world.clock().dt;

@@ -5,15 +5,14 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
 };
+use reef_sea::{
+    Options, World,
+    reload::{Gravity, REMEMBER, pace},
+};
 use serde_json::json;
 
 use super::sim::Args;
-use crate::{
-    common::Common,
-    live::{Gravity, REMEMBER, pace},
-    open,
-    world::{Options, World},
-};
+use crate::{common::Common, open};
 
 /// Runs until it is ended, or `--steps` are made.
 pub fn run(common: &Common, args: &Args) -> Outcome {

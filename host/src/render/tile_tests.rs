@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use reef_sea::{scene::format::TerrainTable, step::terrain};
 use reef_streams::{
     Outputs,
     environment::{Environment, Terrain},
@@ -15,10 +16,7 @@ use super::{
     sample, tiles,
     view::Lens,
 };
-use crate::{
-    headless::studio::Studio,
-    world::{scene::format::TerrainTable, terrain},
-};
+use crate::headless::studio::Studio;
 
 /// The default sea's bed without its rocks.
 fn bed() -> Terrain {

@@ -253,12 +253,12 @@ mod tests {
 
     /// The default sea's water: a light breeze from one side over a low swell.
     fn breezy() -> Environment {
-        use crate::world::{
+        use reef_sea::{
             scene::{
                 format::SceneFile,
                 wave_tables::{WaveTable, WavesTable},
             },
-            waves::Waves,
+            step::waves::Waves,
         };
         let waves = Some(WavesTable {
             wind: 2.4,
@@ -397,9 +397,9 @@ mod tests {
 
     #[test]
     fn the_surface_and_the_caustics_have_the_scenes_trains_where_every_module_has_them() {
-        use crate::world::{
+        use reef_sea::{
             scene::{format::SceneFile, wave_tables::WavesTable},
-            waves::Waves,
+            step::waves::Waves,
         };
         let waves = Some(WavesTable { wind: 6.0, direction: 30.0, trains: 30 });
         let file = SceneFile { waves, ..SceneFile::default() };

@@ -14,12 +14,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use reef::world::{
-    World,
-    hash::{Chain, Digest},
-    swap::{Job, Purpose, Swap},
-};
 use reef_plugin::{Health, Library, Limits, Plugin, image::Image, inspect, set_limits};
+use reef_sea::{
+    World,
+    reload::swap::{Job, Purpose, Swap},
+    step::hash::{Chain, Digest},
+};
 use reef_tests::child;
 
 use crate::{build_file, sea_of};

@@ -10,16 +10,13 @@ use std::{
 
 use reef_plugin::{Library, copies, image::Image, pinned};
 use reef_report::failure::Failure;
+use reef_sea::reload::swap::{Job, Swap};
 
 use super::{
     reload::{build, candidates, failed, none_found, sea},
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    open,
-    world::swap::{Job, Swap},
-};
+use crate::{common::Common, open};
 
 /// Reloads of each plugin.
 const RELOADS: u64 = 10_000;

@@ -12,17 +12,14 @@ use reef_anemone_model::Anemones;
 use reef_plugin::{Registry, generation::Generation};
 use reef_report::failure::Failure;
 use reef_sdk::prelude::*;
+use reef_sea::{Options, World};
 
 use super::{
     fibre::running,
     measure::{best, median},
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    open,
-    world::{Options, World},
-};
+use crate::{common::Common, open};
 
 /// The paper's 36 anemones.
 const FIGURE_13: &str = "anemone-fig13-36-anemones";

@@ -15,17 +15,14 @@ use reef_anemone_model::{
 use reef_flow::{Level, Packed};
 use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
+use reef_sea::{Options, World};
 
 use super::{
     allocations,
     measure::{Work, best, rounds},
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    open,
-    world::{Options, World},
-};
+use crate::{common::Common, open};
 
 /// The load: fibres under three singularities and a whirlwind.
 const LOAD: &str = "bench-fibre";

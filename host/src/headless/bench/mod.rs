@@ -17,13 +17,11 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
+use reef_sea::scene::check::{did_you_mean, nearest};
 use report::Report;
 use serde_json::json;
 
-use crate::{
-    common::Common,
-    world::scene::check::{did_you_mean, nearest},
-};
+use crate::common::Common;
 
 /// Options of `reef bench`.
 #[derive(clap::Args, Clone, Debug)]

@@ -13,14 +13,14 @@ use std::{
 
 use reef_plugin::{Registry, copies};
 use reef_report::failure::Failure;
+use reef_sea::{
+    Options, World,
+    reload::{Arrival, Live, REMEMBER, Setup, pace},
+    scene,
+};
 
 use super::report::{Bar, Report};
-use crate::{
-    common::Common,
-    live::{Arrival, Live, REMEMBER, Setup, pace},
-    open,
-    world::{Options, World, scene},
-};
+use crate::{common::Common, open};
 
 /// Builds that are renamed into place.
 const BUILDS: usize = 150;

@@ -11,6 +11,7 @@ use glam::DVec3;
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_plugin::Registry;
 use reef_report::failure::Failure;
+use reef_sea::{Options, World, step::camera};
 use reef_streams::frame::{CameraPose, Frame};
 
 use super::{
@@ -23,7 +24,6 @@ use crate::{
     headless::studio::Studio,
     open,
     render::{Quality, Settings, Shot},
-    world::{Options, World, camera},
 };
 
 /// The paper's scene.

@@ -16,20 +16,17 @@ use reef_flow::{
 use reef_plugin::Registry;
 use reef_report::failure::Failure;
 use reef_sdk::{Chunks, prelude::*};
+use reef_sea::{
+    Options, World,
+    scene::{error::Source, load_text},
+};
 
 use super::{
     fibre::running,
     measure::{Work, best, rounds},
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    open,
-    world::{
-        Options, World,
-        scene::{error::Source, load_text},
-    },
-};
+use crate::{common::Common, open};
 
 /// Rounds in which everything takes its turn.
 const ROUNDS: usize = 60;

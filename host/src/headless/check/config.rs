@@ -5,13 +5,10 @@ use std::path::{Path, PathBuf};
 
 use reef_files::bounded;
 use reef_plugin::PluginInfo;
+use reef_sea::scene::{self, Catalogue, catalogue, error::Source, read::LARGEST_FILE};
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
-use crate::world::{
-    catalogue,
-    scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
-};
 
 /// What `--config` says.
 #[derive(Clone, Debug)]

@@ -12,6 +12,7 @@ use reef_plugin::{
     Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
     envelope::Envelope, image::Image, inspect,
 };
+use reef_sea::scene::assets;
 use reef_streams::Outputs;
 
 use super::{
@@ -21,7 +22,7 @@ use super::{
     sea::Sea,
     verdict::{Not, broken},
 };
-use crate::{common::Common, world::assets};
+use crate::common::Common;
 
 /// Workers, where a check says nothing about them.
 pub(super) const WORKERS: usize = 2;

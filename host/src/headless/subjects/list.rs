@@ -3,17 +3,15 @@
 use std::{collections::HashSet, sync::Arc};
 
 use reef_report::failure::Failure;
+use reef_sea::{
+    World,
+    scene::{Scene, format::SceneFile},
+};
 use reef_streams::environment::Environment;
 use serde_json::Value as Json;
 
 use super::{super::show::Show, changed};
-use crate::{
-    render::{Settings, markers::Markers},
-    world::{
-        World,
-        scene::{Scene, format::SceneFile},
-    },
-};
+use crate::render::{Settings, markers::Markers};
 
 /// Something that a scene shows.
 pub struct Subject {

@@ -16,6 +16,7 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
 };
+use reef_sea::{Options, World, scene::Scene};
 use reef_streams::{Outputs, environment::Environment, frame::Frame};
 use serde_json::json;
 
@@ -31,7 +32,6 @@ use crate::{
     common::Common,
     open,
     render::{Settings, Shot},
-    world::{Options, World, scene::Scene},
 };
 
 /// Size of the pictures that are compared [px]: what is seen in half a golden picture is seen in a whole one.
