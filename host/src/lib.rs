@@ -9,4 +9,3 @@ pub mod cli;
 pub mod common;
 pub mod headless;
 pub mod open;
-pub mod render;

@@ -14,8 +14,8 @@ use std::{
 };
 
 use display::{Display, liveliness};
-use reef::headless::pictures::read_png;
 use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
     child::wait,

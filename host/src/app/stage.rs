@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use reef_gpu::{Frames, Gpu, GpuError, GpuOptions, Load, Picture, Signals, Swapchain, Validation};
+use reef_render::{Quality, Renderer, Settings, Shot, lod::Thresholds, offscreen_image};
 use reef_report::failure::Failure;
 use winit::{
     raw_window_handle::{HasDisplayHandle, HasWindowHandle},
@@ -14,7 +15,6 @@ use super::{
     panel::model::{Timing, ViewOptions},
     screenshot,
 };
-use crate::render::{Quality, Renderer, Settings, Shot, lod::Thresholds, offscreen_image};
 
 /// Frames on the way at the same time: one is drawn while the next is recorded.
 const FRAMES: usize = 2;

@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_render::Shot;
 use reef_report::{failure::Failure, log};
 use reef_streams::frame::CameraPose;
 use winit::{
@@ -28,7 +29,6 @@ use super::{
     stage::Stage,
     stir::{Stirring, Touch},
 };
-use crate::render::Shot;
 
 /// How often the sea moves on while nothing is drawn.
 const UNSEEN: Duration = Duration::from_millis(100);

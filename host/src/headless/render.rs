@@ -3,18 +3,15 @@
 use std::{path::PathBuf, time::Instant};
 
 use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_render::{Quality, Settings, Studio};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say, shown},
 };
 use serde_json::json;
 
-use super::{show::Show, sink::Sink, studio::Studio};
-use crate::{
-    common::Common,
-    open,
-    render::{Quality, Settings},
-};
+use super::{show::Show, sink::Sink};
+use crate::{common::Common, open};
 
 /// Greatest side of a picture [px].
 const MOST_PIXELS: u32 = 8192;

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
+use reef_render::{Settings, Shot, markers::Markers};
 use reef_sea::{World, scene::format::SceneTable};
 use reef_streams::{
     environment::Environment,
     frame::{CameraPose, Frame},
 };
-
-use crate::render::{Settings, Shot, markers::Markers};
 
 /// A world that is shown moment by moment.
 pub struct Show {

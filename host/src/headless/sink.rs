@@ -4,13 +4,10 @@ use std::path::Path;
 
 use reef_files::{Folder, Writing};
 use reef_gpu::Picture;
+use reef_render::pictures::{encode_png, write_png_fast};
 use reef_report::failure::{Failure, Outcome};
 
-use super::{
-    container::Container,
-    film::Film,
-    pictures::{encode_png, write_png_fast},
-};
+use super::{container::Container, film::Film};
 
 /// Where pictures go. Nothing of it can be seen before [`Sink::finish`].
 #[derive(Debug)]
@@ -133,7 +130,7 @@ mod tests {
         sink.take(picture(1)).expect("taken");
         sink.take(picture(9)).expect("taken");
         sink.finish().expect("finished");
-        assert_eq!(super::super::pictures::read_png(&out).expect("read"), picture(9));
+        assert_eq!(reef_render::pictures::read_png(&out).expect("read"), picture(9));
     }
 
     #[test]

@@ -4,6 +4,10 @@ use std::path::{Path, PathBuf};
 
 use reef_files as files;
 use reef_gpu::{Gpu, GpuOptions, Message, Picture, Validation};
+use reef_render::{
+    Quality, Settings, Studio,
+    pictures::{read_png, write_png},
+};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -14,17 +18,11 @@ use serde_json::json;
 use super::{
     compare::{Allowance, Difference, OTHER_DRIVER, SAME_DRIVER, TOLERANCE, compare, difference_picture},
     moments::{self, Moment},
-    pictures::{read_png, write_png},
     report::{self, Entry},
     show::Show,
-    studio::Studio,
     subjects,
 };
-use crate::{
-    common::Common,
-    open,
-    render::{Quality, Settings},
-};
+use crate::{common::Common, open};
 
 /// Size of golden pictures [px].
 const SIZE: (u32, u32) = (512, 288);

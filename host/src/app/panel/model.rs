@@ -3,7 +3,9 @@
 
 use std::{collections::VecDeque, path::PathBuf};
 
-use crate::{app::camera::Mode, render::markers::Markers};
+use reef_render::markers::Markers;
+
+use crate::app::camera::Mode;
 
 /// How many frames the graph of frame times goes back.
 pub const HISTORY: usize = 180;

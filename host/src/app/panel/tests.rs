@@ -1,12 +1,12 @@
 //! The panel without a window: what text it paints where, and what a click on it asks for.
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape};
+use reef_render::markers::Markers;
 
 use super::{
     model::{Action, Level, PanelModel, ParamKind, ParamView, PluginView},
     *,
 };
-use crate::render::markers::Markers;
 
 struct Bench {
     ctx: egui::Context,

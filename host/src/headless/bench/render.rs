@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_render::{Quality, Settings, Shot, Studio, lod::Thresholds, sample};
 use reef_report::failure::Failure;
 use reef_streams::{
     Outputs,
@@ -19,11 +20,7 @@ use super::{
     measure::median,
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    headless::studio::Studio,
-    render::{Quality, Settings, Shot, lod::Thresholds, sample},
-};
+use crate::common::Common;
 
 /// Picture [px].
 const SIZE: (u32, u32) = (640, 360);
@@ -129,7 +126,7 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
 
 /// Shares of the tentacles that are drawn with fewer sides than at full detail, and that are outside of the picture.
 fn small(previous: &Frame, current: &Frame, camera: CameraPose) -> [f64; 2] {
-    use crate::render::{gather, twin, view::Lens};
+    use reef_render::{gather, twin, view::Lens};
     let lens = Lens::new(&camera, [SIZE.0, SIZE.1], 60.0);
     let gathered = gather::gather(previous, current, 0.5, &lens, 0);
     let limits = Thresholds::default();
@@ -177,7 +174,7 @@ fn append(outputs: &mut Outputs, mut more: Outputs, z: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::headless::pictures::write_png;
+    use reef_render::pictures::write_png;
 
     #[test]
     fn about_half_of_the_tentacles_are_small_and_none_is_outside_of_the_picture() {

@@ -10,6 +10,7 @@ use std::{path::Path, time::Instant};
 use glam::DVec3;
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_plugin::Registry;
+use reef_render::{Quality, Settings, Shot, Studio};
 use reef_report::failure::Failure;
 use reef_sea::{Options, World, step::camera};
 use reef_streams::frame::{CameraPose, Frame};
@@ -19,12 +20,7 @@ use super::{
     measure::{Work, best, median, rounds},
     report::{Bar, Report},
 };
-use crate::{
-    common::Common,
-    headless::studio::Studio,
-    open,
-    render::{Quality, Settings, Shot},
-};
+use crate::{common::Common, open};
 
 /// The paper's scene.
 const SCENE: &str = "particles-table1";

@@ -2,6 +2,7 @@
 
 use std::{collections::HashSet, sync::Arc};
 
+use reef_render::{Settings, markers::Markers};
 use reef_report::failure::Failure;
 use reef_sea::{
     World,
@@ -11,7 +12,6 @@ use reef_streams::environment::Environment;
 use serde_json::Value as Json;
 
 use super::{super::show::Show, changed};
-use crate::render::{Settings, markers::Markers};
 
 /// Something that a scene shows.
 pub struct Subject {

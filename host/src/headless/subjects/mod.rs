@@ -12,6 +12,7 @@ use std::{
 
 use reef_gpu::{Gpu, GpuOptions, Picture, Validation};
 use reef_plugin::Registry;
+use reef_render::{Settings, Shot, Studio};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -25,14 +26,9 @@ use super::{
     compare::{SAME_DRIVER, compare},
     moments::moments,
     show::Show,
-    studio::Studio,
     validate::stem,
 };
-use crate::{
-    common::Common,
-    open,
-    render::{Settings, Shot},
-};
+use crate::{common::Common, open};
 
 /// Size of the pictures that are compared [px]: what is seen in half a golden picture is seen in a whole one.
 const SIZE: (u32, u32) = (320, 180);

@@ -31,6 +31,7 @@ mod lines;
 pub mod lod;
 pub mod markers;
 pub mod noise;
+pub mod pictures;
 mod quality;
 mod rocks;
 pub mod sample;
@@ -39,6 +40,8 @@ mod shafts;
 mod sky;
 #[cfg(test)]
 mod sprite_tests;
+pub mod sprites;
+mod studio;
 mod sunlit;
 mod targets;
 mod terrain;
@@ -55,6 +58,12 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Zeroable;
 use reef_abi as abi;
+use reef_gpu as gpu;
+use reef_gpu::{Gpu, Image, Load, Result};
+use reef_streams::{
+    environment::{Environment, Terrain},
+    frame::{CameraPose, Frame},
+};
 
 use billboards::Billboards;
 use fibres::Fibres;
@@ -62,12 +71,7 @@ use layers::Layers;
 use lod::Thresholds;
 use markers::Markers;
 pub use quality::Quality;
-use reef_gpu as gpu;
-use reef_gpu::{Gpu, Image, Load, Result};
-use reef_streams::{
-    environment::{Environment, Terrain},
-    frame::{CameraPose, Frame},
-};
+pub use studio::Studio;
 use view::{Lens, View};
 use water::{Caustics, Surface};
 

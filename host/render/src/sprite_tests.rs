@@ -1,13 +1,18 @@
-//! What [`reef_sprites`] sees of samples of the sea, through this renderer's lenses.
+//! What [`crate::sprites`] sees of samples of the sea, through this renderer's lenses.
 
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
-use reef_sprites::{GpuSprite, Kind, Seen, Sizes};
 use reef_streams::{Outputs, frame::CameraPose};
 
-use super::{device_tests::half, layers::Catalogue, sample, view::Lens};
+use super::{
+    device_tests::half,
+    layers::Catalogue,
+    sample,
+    sprites::{GpuSprite, Kind, Seen, Sizes},
+    view::Lens,
+};
 
 const SIZES: Sizes = Sizes { least: 1.5, speck: 5.0 };
 

@@ -14,7 +14,7 @@ use super::{
     device_tests::{keep, open},
     sample,
 };
-use crate::headless::studio::Studio;
+use crate::Studio;
 
 const SIZE: (u32, u32) = (320, 180);
 

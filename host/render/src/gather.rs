@@ -321,7 +321,7 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::sample;
+    use crate::sample;
 
     fn lens() -> Lens {
         Lens::new(&sample::looking_at(DVec3::new(0.0, 0.3, 1.0), DVec3::ZERO), [64, 36], 60.0)

@@ -167,7 +167,7 @@ pub fn ground_height(terrain: &Terrain, x: f64, z: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::sample;
+    use crate::sample;
 
     #[test]
     fn a_ball_is_closed_and_faces_outward() {

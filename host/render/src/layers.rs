@@ -8,8 +8,9 @@ use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
 use reef_gpu::{Gpu, Image, ImageDesc, Result, SamplerDesc};
-use reef_sprites::{Layer, linear};
 use reef_streams::{frame::Frame, textures::Texture};
+
+use crate::sprites::{Layer, linear};
 
 /// Texels along a side of a layer.
 pub const SIDE: usize = 64;

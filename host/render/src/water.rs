@@ -249,7 +249,7 @@ pub fn raw_gain(waves: &[[f32; 4]; WAVES], high: bool, mut x: Vec2, depth: f32) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::sample;
+    use crate::sample;
 
     /// The default sea's water: a light breeze from one side over a low swell.
     fn breezy() -> Environment {

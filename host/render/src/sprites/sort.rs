@@ -1,6 +1,6 @@
 //! From far to near: keys of sixteen bits, in two passes over their bytes, each keeping the order of equals.
 
-use crate::Kind;
+use super::Kind;
 
 /// The bit of a key that tells specks from quads of the same slice.
 const SPECK: u16 = 1 << 9;

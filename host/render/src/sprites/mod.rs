@@ -7,8 +7,6 @@
 //! Small sprites are *specks*: one vertex, drawn as a point whose pixels get exactly the share of them that it covers.
 //! Greater ones are *quads* with their texture. Within a slice of distance (a fifth of it) quads come before specks, so that
 //! a picture takes few draws.
-//!
-//! A package of its own because it is compiled fast in every profile: it looks at every sprite of every picture.
 
 mod found;
 mod sort;

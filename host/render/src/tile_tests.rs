@@ -16,7 +16,7 @@ use super::{
     sample, tiles,
     view::Lens,
 };
-use crate::headless::studio::Studio;
+use crate::Studio;
 
 /// The default sea's bed without its rocks.
 fn bed() -> Terrain {

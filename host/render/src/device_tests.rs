@@ -22,7 +22,7 @@ use super::{
     twin::{self, Skinned},
     view::{self, Lens},
 };
-use crate::headless::{pictures::write_png, studio::Studio};
+use crate::{pictures::write_png, studio::Studio};
 
 pub(super) const SIZE: (u32, u32) = (640, 360);
 

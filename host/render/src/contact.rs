@@ -151,7 +151,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::render::sample;
+    use crate::sample;
 
     fn stander() -> Stander {
         let base = DVec3::new(-1.0, -4.0, 0.5);

@@ -2,7 +2,7 @@
 
 use reef_gpu::{Frames, Gpu, Image, Picture, Result, Signals, Timings};
 
-use crate::render::{Renderer, Settings, Shot, offscreen_image};
+use crate::{Renderer, Settings, Shot, offscreen_image};
 
 /// A renderer with a picture of one size to draw into.
 pub struct Studio {

@@ -16,7 +16,7 @@ use super::{
     device_tests::{SIZE, blackboard, decoded, keep, open},
     sample,
 };
-use crate::headless::studio::Studio;
+use crate::Studio;
 
 /// Pictures of three seconds.
 const PICTURES: usize = 91;

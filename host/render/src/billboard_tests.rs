@@ -17,7 +17,7 @@ use super::{
     device_tests::{SIZE, blackboard, keep, open},
     sample,
 };
-use crate::headless::studio::Studio;
+use crate::Studio;
 
 /// At 2 m the picture has this many pixels a metre: half its height over the tangent of half a radian, over 2 m.
 const PIXELS: f64 = 180.0 / 0.546_302_489_843_790_5 / 2.0;

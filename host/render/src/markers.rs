@@ -256,7 +256,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::render::sample;
+    use crate::sample;
     use reef_streams::Outputs;
 
     fn lens() -> Lens {

@@ -382,7 +382,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::render::{gather::gather, sample};
+    use crate::{gather::gather, sample};
 
     fn bent(angle: f32) -> (Gathered, Lens) {
         let camera = sample::looking_at(DVec3::new(0.0, 0.05, 0.5), DVec3::new(0.0, 0.05, 0.0));

@@ -1,6 +1,6 @@
 //! Sprites: suspended particles, local fog. Drawn after everything that is solid, from far to near, soft where they meet it.
 //!
-//! [`reef_sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points, `sprite.vert` and
+//! [`crate::sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points, `sprite.vert` and
 //! `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
 
 use ash::vk;
@@ -9,12 +9,12 @@ use reef_gpu::{
     Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
     SamplerDesc, Upload,
 };
-use reef_sprites::{Kind, Seen, Sizes};
 
 use super::{
     formats::{DEPTH, LIGHT},
     layers::Layers,
     quality::{ByQuality, Quality},
+    sprites::{Kind, Seen, Sizes},
     targets::Targets,
     view::Lens,
 };

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::Vec3;
 use reef_abi as abi;
 
-use crate::{Eye, FAINTEST, GpuSprite, Kind, Layer, Sizes, sort::key};
+use super::{Eye, FAINTEST, GpuSprite, Kind, Layer, Sizes, sort::key};
 
 /// Some of one instance's sprites, and what they refer to.
 pub struct Batch<'a> {

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use reef_streams::{environment::Environment, frame::CameraPose};
 
-use crate::render::water::{Caustics, SURFACE_WAVES, Surface, WAVES};
+use crate::water::{Caustics, SURFACE_WAVES, Surface, WAVES};
 
 /// Distance of the near plane [m].
 pub const NEAR: f32 = 0.02;
@@ -101,8 +101,8 @@ impl Lens {
     }
 
     /// The same for the sprites.
-    pub fn sprites(&self) -> reef_sprites::Eye {
-        reef_sprites::Eye {
+    pub fn sprites(&self) -> crate::sprites::Eye {
+        crate::sprites::Eye {
             place: self.eye,
             right: self.right,
             up: self.up,
