@@ -3,10 +3,11 @@
 use std::{process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
+use reef_command::Common;
 use reef_plugin::{Limits, offer_patience, set_limits};
 use reef_report::{diagnostic, say};
 
-use crate::{app, common::Common, headless};
+use crate::{app, headless};
 
 /// A living sea: run it, render it, write plugins for it.
 #[derive(Parser, Debug)]
@@ -44,7 +45,7 @@ enum Command {
     /// Check scene files, print their JSON Schema.
     Scene(headless::scenes::Args),
     /// The measured figures of this machine.
-    Bench(headless::bench::Args),
+    Bench(reef_bench::Args),
     /// Devices, drivers, layers, and what is missing.
     Doctor(headless::doctor::Args),
     /// Compile the shaders that the program embeds.
@@ -90,7 +91,7 @@ pub fn main() -> ExitCode {
         Some(Command::Sim(args)) => headless::sim::run(common, args),
         Some(Command::Plugin(args)) => headless::plugins::run(common, args),
         Some(Command::Scene(args)) => headless::scenes::run(common, args),
-        Some(Command::Bench(args)) => headless::bench::run(common, args),
+        Some(Command::Bench(args)) => reef_bench::run(common, args),
         Some(Command::Doctor(args)) => headless::doctor::run(common, args),
         Some(Command::Shaders(args)) => headless::shaders::run(common, args),
     };

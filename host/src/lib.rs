@@ -6,6 +6,4 @@
 
 pub mod app;
 pub mod cli;
-pub mod common;
 pub mod headless;
-pub mod open;

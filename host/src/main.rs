@@ -1,6 +1,6 @@
 //! The program `reef`: everything is in the library, so that tests reach it.
 
-use reef::headless::bench::allocations::Counting;
+use reef_bench::allocations::Counting;
 
 /// `reef bench` counts what a step allocates; beside that it is the system's allocator.
 #[global_allocator]

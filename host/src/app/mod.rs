@@ -20,9 +20,9 @@ use winit::event_loop::EventLoop;
 #[cfg(target_os = "linux")]
 use winit::platform::x11::EventLoopBuilderExtX11;
 
-use crate::open;
 #[cfg(target_os = "linux")]
 use connection::{Environment, System};
+use reef_command::open;
 use reef_gpu::packages;
 use reef_report::{
     failure::{Failure, Outcome},
@@ -51,7 +51,7 @@ pub struct Args {
 const LARGEST: u32 = 4096;
 
 /// Opens the window and runs until it is closed.
-pub fn run(common: &crate::common::Common, args: &Args) -> Outcome {
+pub fn run(common: &reef_command::Common, args: &Args) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
     let scene = args.scene.as_deref().unwrap_or(Path::new(open::DEFAULT_SCENE));
     // Nobody compares a run that cannot be replayed.

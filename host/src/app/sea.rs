@@ -5,6 +5,7 @@ use std::{
     sync::Arc,
 };
 
+use reef_command::{Common, open};
 use reef_plugin as plugin;
 use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
@@ -22,7 +23,7 @@ use reef_streams::{
 };
 
 use super::panel::model::{Level, PanelModel, ParamKind, ParamView, PluginView};
-use crate::{common::Common, headless::show, open};
+use crate::headless::show;
 
 /// A sea that runs in real time.
 pub struct Sea {

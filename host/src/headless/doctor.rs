@@ -1,13 +1,12 @@
 //! `reef doctor`: devices, drivers, layers, what is missing and the command that installs it.
 
+use reef_command::Common;
 use reef_gpu::{DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine, packages, self_test};
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
 use serde::Serialize;
-
-use crate::common::Common;
 
 /// Options of `reef doctor`.
 #[derive(clap::Args, Clone, Debug)]

@@ -1,8 +1,5 @@
 //! Everything that needs no window.
 
-pub mod bench;
-#[cfg(target_os = "linux")]
-pub mod check;
 pub mod compare;
 mod container;
 pub mod doctor;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use reef_command::Common;
 use reef_plugin::{ParamInfo, ParamKind, PluginInfo, Registry};
 use reef_report::{
     failure::{Failure, Outcome},
@@ -9,9 +10,9 @@ use reef_report::{
 };
 use serde_json::{Value, json};
 
+use crate::headless::scaffold;
 #[cfg(target_os = "linux")]
-use crate::headless::check;
-use crate::{common::Common, headless::scaffold};
+use reef_conformance as check;
 
 /// Options of `reef plugin`.
 #[derive(clap::Args, Clone, Debug)]

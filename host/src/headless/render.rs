@@ -2,6 +2,7 @@
 
 use std::{path::PathBuf, time::Instant};
 
+use reef_command::{Common, open};
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_render::{Quality, Settings, Studio};
 use reef_report::{
@@ -11,7 +12,6 @@ use reef_report::{
 use serde_json::json;
 
 use super::{show::Show, sink::Sink};
-use crate::{common::Common, open};
 
 /// Greatest side of a picture [px].
 const MOST_PIXELS: u32 = 8192;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use reef_command::{Common, open};
 use reef_report::{
     diagnostic,
     failure::{Failure, Outcome},
@@ -9,8 +10,6 @@ use reef_report::{
 };
 use reef_sea::scene::{reference, schema};
 use serde_json::json;
-
-use crate::{common::Common, open};
 
 /// Options of `reef scene`.
 #[derive(clap::Args, Clone, Debug)]

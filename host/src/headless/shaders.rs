@@ -7,13 +7,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use reef_command::Common;
 use reef_gpu::shader_sources::{self, Entry, MANIFEST, Manifest, SPIRV};
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
-
-use crate::common::Common;
 
 /// Options of `reef shaders`.
 #[derive(clap::Args, Clone, Debug)]

@@ -6,6 +6,7 @@ use std::{
     time::Instant,
 };
 
+use reef_command::{Common, open};
 use reef_files as files;
 use reef_files::Writing;
 use reef_plugin::Library;
@@ -23,8 +24,6 @@ use reef_sea::{
     },
 };
 use serde_json::json;
-
-use crate::{common::Common, open};
 
 /// Options of `reef sim`.
 #[derive(clap::Args, Clone, Debug)]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use reef_command::{Common, open};
 use reef_files as files;
 use reef_gpu::{Gpu, GpuOptions, Message, Picture, Validation};
 use reef_render::{
@@ -22,7 +23,6 @@ use super::{
     show::Show,
     subjects,
 };
-use crate::{common::Common, open};
 
 /// Size of golden pictures [px].
 const SIZE: (u32, u32) = (512, 288);

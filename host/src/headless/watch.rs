@@ -1,5 +1,6 @@
 //! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene is edited.
 
+use reef_command::{Common, open};
 use reef_plugin::{Health, pinned};
 use reef_report::{
     failure::{Failure, Outcome},
@@ -12,7 +13,6 @@ use reef_sea::{
 use serde_json::json;
 
 use super::sim::Args;
-use crate::{common::Common, open};
 
 /// Runs until it is ended, or `--steps` are made.
 pub fn run(common: &Common, args: &Args) -> Outcome {

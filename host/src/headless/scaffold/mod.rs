@@ -8,14 +8,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use reef_command::Common;
 use reef_files as files;
 use reef_report::{
     failure::{Failure, Outcome},
     say::{say, shown},
 };
 use serde_json::json;
-
-use crate::common::Common;
 
 /// Options of `reef plugin new`.
 #[derive(clap::Args, Clone, Debug)]

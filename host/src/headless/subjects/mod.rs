@@ -10,6 +10,7 @@ use std::{
     sync::Arc,
 };
 
+use reef_command::{Common, open};
 use reef_gpu::{Gpu, GpuOptions, Picture, Validation};
 use reef_plugin::Registry;
 use reef_render::{Settings, Shot, Studio};
@@ -28,7 +29,6 @@ use super::{
     show::Show,
     validate::stem,
 };
-use crate::{common::Common, open};
 
 /// Size of the pictures that are compared [px]: what is seen in half a golden picture is seen in a whole one.
 const SIZE: (u32, u32) = (320, 180);

@@ -8,6 +8,7 @@ use std::{
     time::Duration,
 };
 
+use reef_command::{Common, open};
 use reef_plugin::{Library, copies, image::Image, pinned};
 use reef_report::failure::Failure;
 use reef_sea::reload::swap::{Job, Swap};
@@ -16,7 +17,6 @@ use super::{
     reload::{build, candidates, failed, none_found, sea},
     report::{Bar, Report},
 };
-use crate::{common::Common, open};
 
 /// Reloads of each plugin.
 const RELOADS: u64 = 10_000;

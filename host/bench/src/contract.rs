@@ -9,6 +9,7 @@ use std::{
 };
 
 use reef_anemone_model::Anemones;
+use reef_command::{Common, open};
 use reef_plugin::{Registry, generation::Generation};
 use reef_report::failure::Failure;
 use reef_sdk::prelude::*;
@@ -19,7 +20,6 @@ use super::{
     measure::{best, median},
     report::{Bar, Report},
 };
-use crate::{common::Common, open};
 
 /// The paper's 36 anemones.
 const FIGURE_13: &str = "anemone-fig13-36-anemones";

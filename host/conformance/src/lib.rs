@@ -1,6 +1,8 @@
 //! `reef plugin check`: does a plugin keep to the contract? One small function a check, each run in a process of its own with a
 //! time limit; the families of checks are one file each.
 
+#![cfg(target_os = "linux")]
+
 mod child;
 mod close;
 mod config;
@@ -37,6 +39,7 @@ use std::{
     time::Duration,
 };
 
+use reef_command::Common;
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
@@ -44,7 +47,6 @@ use reef_report::{
 use strsim::normalized_levenshtein;
 
 use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
-use crate::common::Common;
 
 /// Options of `reef plugin check`.
 #[derive(clap::Args, Clone, Debug)]

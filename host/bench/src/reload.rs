@@ -11,6 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_command::{Common, open};
 use reef_plugin::{Registry, copies};
 use reef_report::failure::Failure;
 use reef_sea::{
@@ -20,7 +21,6 @@ use reef_sea::{
 };
 
 use super::report::{Bar, Report};
-use crate::{common::Common, open};
 
 /// Builds that are renamed into place.
 const BUILDS: usize = 150;

@@ -18,6 +18,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use reef_command::Common;
 use reef_report::{
     failure::Failure,
     listen::{last_lines, listen},
@@ -25,7 +26,6 @@ use reef_report::{
 use tempfile::TempDir;
 
 use super::{Args, group, limit, verdict::Verdict};
-use crate::common::Common;
 
 /// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the byte.
 const EXACT_HEAP: &str = "glibc.malloc.tcache_count=0";

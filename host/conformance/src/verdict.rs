@@ -65,7 +65,7 @@ impl From<reef_plugin::Refusal> for Not {
 
 /// The rule is broken, in the words of `format!`.
 macro_rules! broken {
-    ($($words:tt)*) => { return Err($crate::headless::check::verdict::Not::Kept(format!($($words)*))) };
+    ($($words:tt)*) => { return Err($crate::verdict::Not::Kept(format!($($words)*))) };
 }
 
 /// Unless the condition holds, the rule is broken.
@@ -73,7 +73,7 @@ macro_rules! must {
     ($holds:expr, $($words:tt)*) => {
         let holds: bool = $holds;
         if !holds {
-            return Err($crate::headless::check::verdict::Not::Kept(format!($($words)*)));
+            return Err($crate::verdict::Not::Kept(format!($($words)*)));
         }
     };
 }

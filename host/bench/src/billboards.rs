@@ -7,13 +7,13 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_command::Common;
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_render::{Quality, Settings, Shot, Studio, sample};
 use reef_report::failure::Failure;
 use reef_streams::{Outputs, frame::CameraPose};
 
 use super::{measure::median, report::Report};
-use crate::common::Common;
 
 /// Picture [px].
 const SIZE: (u32, u32) = (1280, 720);

@@ -8,6 +8,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use reef_command::Common;
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_render::{Quality, Settings, Shot, Studio, lod::Thresholds, sample};
 use reef_report::failure::Failure;
@@ -20,7 +21,6 @@ use super::{
     measure::median,
     report::{Bar, Report},
 };
-use crate::common::Common;
 
 /// Picture [px].
 const SIZE: (u32, u32) = (640, 360);

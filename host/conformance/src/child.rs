@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use reef_command::Common;
+
 use super::{
     Args,
     config::Config,
@@ -14,7 +16,6 @@ use super::{
     table,
     verdict::{Not, Outcome, Verdict},
 };
-use crate::common::Common;
 
 /// Not a check: tells the ids of the library's plugins.
 pub(super) const PLUGINS: &str = "plugins";

@@ -13,6 +13,7 @@ pub mod report;
 mod table1;
 mod waves;
 
+use reef_command::Common;
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
@@ -20,8 +21,6 @@ use reef_report::{
 use reef_sea::scene::check::{did_you_mean, nearest};
 use report::Report;
 use serde_json::json;
-
-use crate::common::Common;
 
 /// Options of `reef bench`.
 #[derive(clap::Args, Clone, Debug)]

@@ -8,6 +8,7 @@ use std::{
 
 use bytemuck::Pod;
 use reef_abi as abi;
+use reef_command::Common;
 use reef_plugin::{
     Instance, Library, Plugin, PluginError, StepInput, StepStatus, bare::survey::Descriptor,
     envelope::Envelope, image::Image, inspect,
@@ -22,7 +23,6 @@ use super::{
     sea::Sea,
     verdict::{Not, broken},
 };
-use crate::common::Common;
 
 /// Workers, where a check says nothing about them.
 pub(super) const WORKERS: usize = 2;

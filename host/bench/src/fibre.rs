@@ -12,6 +12,7 @@ use reef_anemone_model::{
     shape::FibreShape,
     wide::{self, Chunk, Contacts, Drag, Lane, Place, StepConstants},
 };
+use reef_command::{Common, open};
 use reef_flow::{Level, Packed};
 use reef_plugin::{Health, Registry};
 use reef_report::failure::Failure;
@@ -22,7 +23,6 @@ use super::{
     measure::{Work, best, rounds},
     report::{Bar, Report},
 };
-use crate::{common::Common, open};
 
 /// The load: fibres under three singularities and a whirlwind.
 const LOAD: &str = "bench-fibre";

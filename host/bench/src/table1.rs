@@ -8,6 +8,7 @@
 use std::{path::Path, time::Instant};
 
 use glam::DVec3;
+use reef_command::{Common, open};
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_plugin::Registry;
 use reef_render::{Quality, Settings, Shot, Studio};
@@ -20,7 +21,6 @@ use super::{
     measure::{Work, best, median, rounds},
     report::{Bar, Report},
 };
-use crate::{common::Common, open};
 
 /// The paper's scene.
 const SCENE: &str = "particles-table1";

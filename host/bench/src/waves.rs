@@ -5,6 +5,7 @@
 //! scene's wind sea through the step's input, the particles are shared out among the host's workers. Nothing is emitted,
 //! culled or drawn.
 
+use reef_command::{Common, open};
 use reef_flow::{
     Level,
     sample::Points,
@@ -26,7 +27,6 @@ use super::{
     measure::{Work, best, rounds},
     report::{Bar, Report},
 };
-use crate::{common::Common, open};
 
 /// Rounds in which everything takes its turn.
 const ROUNDS: usize = 60;
