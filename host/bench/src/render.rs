@@ -60,7 +60,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     let measured = BEDS.iter().try_for_each(|&(count, bar)| measure(&gpu, count, bar, &mut report));
     report.note(format!(
         "{} on {}; low quality, {}x{}, two frames in flight, medians of {ROUNDS} rounds of {FRAMES} frames. Scene and camera \
-         are in host/src/headless/bench/render.rs; small: drawn with fewer sides than at full detail.",
+         are in host/bench/src/render.rs; small: drawn with fewer sides than at full detail.",
         gpu.info().name,
         gpu.info().driver,
         SIZE.0,

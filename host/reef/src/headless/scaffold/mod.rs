@@ -41,7 +41,7 @@ pub enum Language {
 }
 
 /// The contract that this program keeps; plugins in C get a copy.
-const HEADER: &str = include_str!("../../../../sim-plugins/abi/reef_sim.h");
+const HEADER: &str = include_str!("../../../../../sim-plugins/abi/reef_sim.h");
 
 /// Makes the folder, whole or not at all.
 pub fn run(common: &Common, args: &Args) -> Outcome {
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn no_placeholder_is_left_in_any_file() {
-        let sdk = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-plugins/sdk");
+        let sdk = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim-plugins/sdk");
         for (path, content) in rust("two-words", &sdk).unwrap().into_iter().chain(c("two-words")) {
             let left: Vec<&str> = content.split('@').skip(1).step_by(2).collect();
             assert!(

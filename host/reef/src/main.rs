@@ -1,4 +1,4 @@
-//! The program `reef`: everything is in the library, so that tests reach it.
+//! The program `reef`: everything but its allocator is in the library, where unit tests reach it.
 
 use reef_bench::allocations::Counting;
 
