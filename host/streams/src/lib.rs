@@ -3,7 +3,10 @@
 //! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
 
 pub mod check;
+pub mod environment;
+pub mod frame;
 mod glance;
+pub mod identity;
 pub mod textures;
 
 use std::{collections::TryReserveError, ffi::c_void, sync::Arc};
