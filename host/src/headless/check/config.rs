@@ -9,10 +9,7 @@ use super::verdict::Not;
 use crate::{
     bounded,
     plugin::PluginInfo,
-    world::{
-        catalogue,
-        scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
-    },
+    world::scene::{self, Catalogue, error::Source, read::LARGEST_FILE},
 };
 
 /// What `--config` says.
@@ -102,8 +99,8 @@ fn without_others(mut scene: toml::Table, id: &str) -> toml::Table {
 struct One<'a>(&'a PluginInfo);
 
 impl Catalogue for One<'_> {
-    fn plugin(&self, id: &str) -> Result<Option<scene::PluginInfo>, String> {
-        Ok((id == self.0.id).then(|| catalogue::known(self.0)))
+    fn plugin(&self, id: &str) -> Result<Option<PluginInfo>, String> {
+        Ok((id == self.0.id).then(|| self.0.clone()))
     }
 
     fn ids(&self) -> Vec<String> {

@@ -35,55 +35,7 @@ use self::{
     species::{Library, Mention, Species, check_species},
     unit::{Unit, suffix, to_metres},
 };
-
-/// What the loader has to know of a plugin.
-#[derive(Clone, Debug, Default)]
-pub struct PluginInfo {
-    /// JSON Schema of the module's table; None: anything goes.
-    pub config_schema: Option<Json>,
-    /// Its parameters.
-    pub params: Vec<ParamInfo>,
-}
-
-/// What the loader has to know of a parameter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParamInfo {
-    /// Stable number.
-    pub id: u32,
-    /// Name in scene files.
-    pub key: String,
-    /// Unit.
-    pub unit: String,
-    /// One sentence.
-    pub help: String,
-    /// What values it takes.
-    pub kind: ParamKind,
-    /// Value without any wish.
-    pub default: f64,
-}
-
-/// What values a parameter takes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ParamKind {
-    /// Numbers.
-    Float {
-        /// Least.
-        minimum: f64,
-        /// Greatest.
-        maximum: f64,
-    },
-    /// Whole numbers.
-    Int {
-        /// Least.
-        minimum: f64,
-        /// Greatest.
-        maximum: f64,
-    },
-    /// On or off.
-    Switch,
-    /// One of these names.
-    Choice(Vec<String>),
-}
+use crate::plugin::{ParamInfo, ParamKind, PluginInfo};
 
 /// Where the loader learns about plugins.
 pub trait Catalogue {
@@ -367,12 +319,12 @@ impl ParamInfo {
     /// The number that the contract has for a value of a file whose lengths are in units of `scale` metres; `Err`: what would
     /// be allowed.
     fn value_of(&self, node: &Node, scale: f64) -> Result<f64, String> {
-        let value = match (&self.kind, &node.value) {
-            (ParamKind::Float { .. }, Value::Float(value)) => Some(*value),
-            (ParamKind::Float { .. } | ParamKind::Int { .. }, Value::Integer(value)) => Some(*value as f64),
+        let value = match (self.kind, &node.value) {
+            (ParamKind::Float, Value::Float(value)) => Some(*value),
+            (ParamKind::Float | ParamKind::Int, Value::Integer(value)) => Some(*value as f64),
             (ParamKind::Switch, Value::Bool(value)) => Some(f64::from(u8::from(*value))),
-            (ParamKind::Choice(names), Value::String(text)) => {
-                names.iter().position(|name| name == text).map(|at| at as f64)
+            (ParamKind::Choice, Value::String(text)) => {
+                self.choices.iter().position(|name| name == text).map(|at| at as f64)
             }
             _ => None,
         };
@@ -391,7 +343,7 @@ impl ParamInfo {
     /// A value in metres, within the range.
     fn in_metres(&self, value: f64, scale: f64) -> f64 {
         let metres = self.bounds().nearest(to_metres(value, self.power(), scale));
-        if matches!(self.kind, ParamKind::Int { .. }) { metres.round() } else { metres }
+        if self.kind == ParamKind::Int { metres.round() } else { metres }
     }
 
     /// The power by which its unit goes with the length.
@@ -401,10 +353,10 @@ impl ParamInfo {
 
     fn bounds(&self) -> Bounds {
         match self.kind {
-            ParamKind::Float { minimum, maximum } | ParamKind::Int { minimum, maximum } => {
-                Bounds { minimum: Some(minimum), maximum: Some(maximum), ..Bounds::default() }
+            ParamKind::Float | ParamKind::Int => {
+                Bounds { minimum: Some(self.minimum), maximum: Some(self.maximum), ..Bounds::default() }
             }
-            _ => Bounds::default(),
+            ParamKind::Switch | ParamKind::Choice => Bounds::default(),
         }
     }
 
@@ -412,11 +364,11 @@ impl ParamInfo {
     pub fn words(&self, scale: f64) -> String {
         let range = self.bounds().from_metres(self.power(), scale).words();
         let unit = suffix(&self.unit, scale);
-        match &self.kind {
-            ParamKind::Float { .. } => format!("a number {range}{unit}"),
-            ParamKind::Int { .. } => format!("a whole number {range}{unit}"),
+        match self.kind {
+            ParamKind::Float => format!("a number {range}{unit}"),
+            ParamKind::Int => format!("a whole number {range}{unit}"),
             ParamKind::Switch => "true or false".to_owned(),
-            ParamKind::Choice(names) => format!("one of {}", names.join(", ")),
+            ParamKind::Choice => format!("one of {}", self.choices.join(", ")),
         }
     }
 }
