@@ -3,45 +3,14 @@
 #[path = "common/scene.rs"]
 mod scene;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
 use glam::DVec3;
 use reef_sdk::{
     Workers,
     abi::{self, Fibre, Flow, Object},
 };
 
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passes everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: reef_counting::Counting = reef_counting::Counting;
 
 fn around(flow: &[Flow]) -> reef_anemone_model::bed::Surroundings<'_> {
     reef_anemone_model::bed::Surroundings {
@@ -86,9 +55,10 @@ fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
             bed.write_fibres(Workers::inline(), &mut fibres) + bed.actors().count() + bed.trace().count()
         };
         // The fish's whole way once: every buffer grows to its greatest size.
+        assert!(reef_counting::of_this_thread() > 0, "nothing counts");
         swim(&mut bed);
-        let before = COUNT.get();
+        let before = reef_counting::of_this_thread();
         swim(&mut bed);
-        assert_eq!(COUNT.get() - before, 0, "{path}");
+        assert_eq!(reef_counting::of_this_thread() - before, 0, "{path}");
     }
 }
