@@ -10,7 +10,7 @@ use reef_anemone_model::{
 };
 use reef_flow::Level;
 use reef_sdk::{
-    SceneInfo, Workers,
+    SceneInfo,
     abi::{self, Flow},
 };
 
@@ -51,16 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     let mut nodes = vec![[0.0_f32; 4]; bed.node_count()];
     for level in Level::all().into_iter().filter(|level| level.code() >= least) {
-        let around = Surroundings {
-            flow: &flow,
-            obstacles: &[],
-            ground: None,
-            density: 1000.0,
-            viscosity: 1.15e-3,
-            dt: 1.0 / 60.0,
-            level,
-            workers: Workers::inline(),
-        };
+        let around = Surroundings { flow: &flow, level, ..Surroundings::default() };
         let mut best = f64::INFINITY;
         for _ in 0..60 {
             let start = Instant::now();

@@ -56,6 +56,17 @@ pub const PARAMS: &[Param] = &[
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on the velocity that the fibres feel."),
+    Param::float(10, "waves")
+        .label("Waves")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the orbital velocity with which the waves move the water around the fibres; 0 leaves them out."),
+    Param::switch(11, "trains")
+        .label("Choose wave trains")
+        .group("Water")
+        .default(1.0)
+        .help("Leaves out wave trains that move the water by less than half a pixel at a plant's depth and distance."),
     Param::float(7, "contact")
         .label("Contact")
         .group("Water")
@@ -85,6 +96,8 @@ impl Anemones {
             force: if input.param(4) >= 0.5 { Force::Quadratic } else { Force::Linear },
             drag: input.param(5) as f32,
             current: input.param(6) as f32,
+            waves: input.param(10) as f32,
+            trains: input.param(11) >= 0.5,
             contact: input.param(7) as f32,
             rigid: input.param(8) >= 0.5,
         }
@@ -127,6 +140,9 @@ impl Plugin for Anemones {
         let bed = &mut self.bed;
         let around = Surroundings {
             flow: input.flow(),
+            waves: input.waves(),
+            depth: input.water().depth.into(),
+            camera: Some(input.camera()),
             obstacles: input.obstacles(),
             ground: input.heightfield(),
             density: input.water().density,
