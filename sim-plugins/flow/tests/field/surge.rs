@@ -67,9 +67,11 @@ fn a_surge_is_the_orbital_velocity_and_its_gradient() {
                 let truth = |p: [f64; 3]| {
                     reference::orbit(&wave, depth, core::array::from_fn(|axis| at[axis] + p[axis]))[1]
                 };
-                // The speed at the greatest phase; f32 numbers.
+                // The speed at the greatest phase; f32 numbers, and a millionth of r where the bed is left out.
                 let speed = 0.2 * f64::from(wave[0].frequency) * reference::axes(k, depth, at[1])[0];
-                assert!(apart(surge.velocity_of(0, [0.0; 3]), truth([0.0; 3])) < 2e-6 * speed, "{k} {share}");
+                let surface = 0.2 * f64::from(wave[0].frequency);
+                let allowed = 2e-6 * speed + 1e-6 * surface;
+                assert!(apart(surge.velocity_of(0, [0.0; 3]), truth([0.0; 3])) < allowed, "{k} {share}");
                 // Off the place by q = k d: wrong by q²/2.
                 let d = 0.01 / k;
                 for p in [[d, 0.0, 0.0], [0.0, d, 0.0], [0.0, 0.0, d], [-d, 0.0, d]] {
@@ -77,7 +79,7 @@ fn a_surge_is_the_orbital_velocity_and_its_gradient() {
                         continue;
                     }
                     let error = apart(surge.velocity_of(0, p), truth(p));
-                    assert!(error < 2e-4 * speed, "{error} of {speed} at {p:?}, k {k}, share {share}");
+                    assert!(error < 2e-4 * speed + 1e-6 * surface, "{error} of {speed} at {p:?}, k {k}, share {share}");
                 }
             }
         }

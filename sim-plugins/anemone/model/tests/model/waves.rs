@@ -115,7 +115,7 @@ fn swing(position: [f64; 3], length: f64, dt: f64) -> [f64; 3] {
         &around,
         &Settings::default(),
         5 * period,
-        |time| vec![train(0.1, length, 0.0, time)],
+        |time| vec![train(0.04, length, 0.0, time)],
         |bed, _| {
             step += 1;
             if step > 2 * period {
@@ -137,11 +137,11 @@ fn the_swing_falls_with_depth_as_the_orbits_do() {
     let k = TAU / length;
     let at = |y: f64| swing([0.0, y - 0.027, 0.0], length, DT)[0];
     let top = at(-1.0);
-    assert!(top > 5e-3, "{top} m");
+    assert!(top > 2e-3, "{top} m");
     for y in [-2.0, -3.5, -5.9] {
         let ratio = at(y) / top;
         let wanted = reference::axes(k, DEPTH, y)[0] / reference::axes(k, DEPTH, -1.0)[0];
-        // A bend that grows a little less than its load does: 7° at most.
+        // A bend that grows a little less than its load does: a few degrees at most.
         assert!((ratio / wanted - 1.0).abs() < 0.02, "{y}: {ratio} for {wanted}");
     }
 }
