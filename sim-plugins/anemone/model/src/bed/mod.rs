@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// What surrounds the plants in one step.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// All primitives, in the host's order.
     pub flow: &'a [Flow],
