@@ -79,7 +79,10 @@ fn a_surge_is_the_orbital_velocity_and_its_gradient() {
                         continue;
                     }
                     let error = apart(surge.velocity_of(0, p), truth(p));
-                    assert!(error < 2e-4 * speed + 1e-6 * surface, "{error} of {speed} at {p:?}, k {k}, share {share}");
+                    assert!(
+                        error < 2e-4 * speed + 1e-6 * surface,
+                        "{error} of {speed} at {p:?}, k {k}, share {share}"
+                    );
                 }
             }
         }
