@@ -33,6 +33,8 @@ mod id {
     pub(super) const CONTACT: u32 = 7;
     pub(super) const RIGID: u32 = 8;
     pub(super) const ARROWS: u32 = 9;
+    pub(super) const WAVES: u32 = 10;
+    pub(super) const TRAINS: u32 = 11;
 }
 
 /// What can change while the sea runs.
@@ -72,6 +74,17 @@ pub const PARAMS: &[Param] = &[
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on the velocity that the fibres feel."),
+    Param::float(id::WAVES, "waves")
+        .label("Waves")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the orbital velocity with which the waves move the water around the fibres; 0 leaves them out."),
+    Param::switch(id::TRAINS, "trains")
+        .label("Choose wave trains")
+        .group("Water")
+        .default(1.0)
+        .help("Leaves out wave trains that move the water by less than half a pixel at a plant's depth and distance."),
     Param::float(id::CONTACT, "contact")
         .label("Contact")
         .group("Water")
@@ -101,6 +114,8 @@ impl Anemones {
             force: if input.param(id::FORCE) >= 0.5 { Force::Quadratic } else { Force::Linear },
             drag: input.param(id::DRAG) as f32,
             current: input.param(id::CURRENT) as f32,
+            waves: input.param(id::WAVES) as f32,
+            trains: input.param(id::TRAINS) >= 0.5,
             contact: input.param(id::CONTACT) as f32,
             rigid: input.param(id::RIGID) >= 0.5,
         }
@@ -143,6 +158,9 @@ impl Plugin for Anemones {
         let bed = &mut self.bed;
         let around = Surroundings {
             flow: input.flow(),
+            waves: input.waves(),
+            depth: input.water().depth.into(),
+            camera: Some(input.camera()),
             obstacles: input.obstacles(),
             ground: input.heightfield(),
             density: input.water().density,
