@@ -1,7 +1,8 @@
-//! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything uses it.
-//! [`STREAMS`] is the table of streams that everything here follows.
+//! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything
+//! uses it. [`STREAMS`] is the table of streams that everything here follows.
 //!
-//! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
+//! A package of its own because it is compiled fast in every profile: it looks at every element of every
+//! step.
 
 pub mod check;
 mod glance;
