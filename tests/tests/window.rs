@@ -14,13 +14,12 @@ use std::{
 };
 
 use display::{Display, liveliness};
-use reef::{
-    gpu::{Gpu, GpuOptions, Validation},
-    headless::pictures::read_png,
-};
+use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
     child::wait,
+    own,
 };
 use tempfile::TempDir;
 
@@ -45,7 +44,7 @@ impl Bench {
         let vulkan = Gpu::open(&options).map(Gpu::close).map_err(|error| error.to_string());
         match vulkan.and_then(|_| Display::start(size)) {
             Ok(display) => {
-                let folder = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
+                let folder = artifacts().side_by_side(&own::libraries());
                 Some(Self { display, folder, _turn: turn })
             }
             Err(reason) => {
@@ -117,7 +116,7 @@ fn a_planted_fault_makes_the_windows_run_fail() {
         .env("DISPLAY", &bench.display.name)
         .env_remove("WAYLAND_DISPLAY")
         .env("REEF_VALIDATE", "1")
-        .env(reef::gpu::FAULT_VARIABLE, "leak")
+        .env(reef_gpu::FAULT_VARIABLE, "leak")
         .stderr(Stdio::piped())
         .spawn()
         .expect("reef starts");

@@ -775,6 +775,49 @@ unsafe impl Sync for Descriptor {}
 // SAFETY: as above.
 unsafe impl Sync for Entry {}
 
+/// An element of an output stream.
+pub trait Element: Pod + core::fmt::Debug {
+    /// Number of its stream.
+    const STREAM: u32;
+}
+
+macro_rules! elements {
+    ($($element:ident = $stream:ident),+ $(,)?) => {
+        $(impl Element for $element {
+            const STREAM: u32 = $stream;
+        })+
+
+        /// What each stream is made of: its number and the Rust name of its element, from stream 1 on.
+        pub const ELEMENTS: &[(u32, &str)] = {
+            let rows = &[$(($stream, stringify!($element))),+];
+            assert!(rows.len() + 1 == STREAM_COUNT as usize, "a stream has no element, or STREAM_COUNT is wrong");
+            let mut at = 0;
+            while at < rows.len() {
+                assert!(rows[at].0 as usize == at + 1, "the elements do not stand in the order of their streams");
+                at += 1;
+            }
+            rows
+        };
+    };
+}
+elements!(
+    Object = STREAM_OBJECT,
+    Material = STREAM_MATERIAL,
+    Fibre = STREAM_FIBRE,
+    FibreNode = STREAM_FIBRE_NODE,
+    Skinned = STREAM_SKINNED,
+    Joint = STREAM_JOINT,
+    Point = STREAM_POINT,
+    Billboard = STREAM_BILLBOARD,
+    MeshDraw = STREAM_MESH,
+    MeshVertex = STREAM_MESH_VERTEX,
+    u32 = STREAM_MESH_INDEX,
+    Flow = STREAM_FLOW,
+    Actor = STREAM_ACTOR,
+    DebugLine = STREAM_DEBUG_LINE,
+    Trace = STREAM_TRACE,
+);
+
 /// The name of the one symbol that a plugin exports: a [`Entry`].
 pub const ENTRY_SYMBOL: &str = "reef_sim_entry";
 

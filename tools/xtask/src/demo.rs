@@ -6,7 +6,7 @@ use std::{
     process::{Command, ExitStatus},
 };
 
-use crate::{Failure, Outcome, artifacts, packages, root};
+use crate::{Failure, Outcome, artifacts, packages, root, steps::Steps};
 
 /// What `reef` takes a value for, in the window and in `render`, besides the scene.
 const WITH_VALUE: [&str; 11] = [
@@ -28,8 +28,11 @@ pub fn demo(arguments: &[String]) -> Outcome {
     let display =
         ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| env::var_os(name).is_some_and(|v| !v.is_empty()));
     let picture = (!display).then(|| Picture::asked_for(arguments, &root())).transpose()?;
-    packages::require(if display { &["run", "window"] } else { &["run"] })?;
-    let built = artifacts::build()?;
+    let mut steps = Steps::of(2);
+    steps.take("look for what the demo needs", || {
+        packages::require(if display { &["run", "window"] } else { &["run"] })
+    })?;
+    let built = steps.take("build the program and its plugins", artifacts::build)?;
     let mut reef = Command::new(&built.program);
     reef.current_dir(root()).arg("--plugin-dir").arg(&built.plugins);
     let Some(picture) = picture else {

@@ -5,6 +5,7 @@ mod contract;
 mod demo;
 mod packages;
 mod shaders;
+mod steps;
 mod textures;
 mod watch;
 
@@ -14,6 +15,8 @@ use std::{
     path::{Path, PathBuf},
     process::{Command, ExitCode},
 };
+
+use steps::Steps;
 
 /// What went wrong, in one sentence, with the exit code that `reef` would use for it.
 #[derive(Debug)]
@@ -100,18 +103,34 @@ fn run(command: &mut Command, what: &str) -> Outcome {
 
 /// Sets up what the tests need, then runs them all; none of them may be skipped.
 fn test(arguments: &[String]) -> Outcome {
-    packages::require(&["run", "window", "validate", "window-tests", "compilers", "video"])?;
-    let built = artifacts::build()?;
-    if artifacts::has_component("fmt") {
-        run(cargo().args(["fmt", "--all", "--check"]), "cargo fmt --check")?;
+    let formatted = artifacts::has_component("fmt");
+    let mut steps = Steps::of(5 + usize::from(formatted));
+    steps.take("look for what the tests need", || {
+        packages::require(&["run", "window", "validate", "window-tests", "compilers", "video"])
+    })?;
+    if formatted {
+        steps.take("look at the formatting", || {
+            run(cargo().args(["fmt", "--all", "--check"]), "cargo fmt --check")
+        })?;
     }
-    run(
-        cargo().env("REEF_REQUIRE", "all").args(["test", "--workspace", "--quiet"]).args(arguments),
-        "cargo test",
-    )?;
-    let mut validate = Command::new(&built.program);
-    validate.current_dir(root()).arg("--plugin-dir").arg(&built.plugins).arg("validate");
-    run(&mut validate, "reef validate")
+    let built = steps.take("build the program and its plugins", artifacts::build)?;
+    // Quiet runs of tests would hide the progress of what they build.
+    steps.take("build the tests", || {
+        run(cargo().args(["test", "--workspace", "--no-run"]), "cargo test --no-run")
+    })?;
+    steps.take("run the tests", || {
+        run(
+            cargo().env("REEF_REQUIRE", "all").args(["test", "--workspace", "--quiet"]).args(arguments),
+            "cargo test",
+        )
+    })?;
+    steps.take("compare all scenes with their golden pictures", || {
+        let mut validate = Command::new(&built.program);
+        validate.current_dir(root()).arg("--plugin-dir").arg(&built.plugins).arg("validate");
+        run(&mut validate, "reef validate")
+    })?;
+    steps.end();
+    Ok(())
 }
 
 /// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for a thousand.

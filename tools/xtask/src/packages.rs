@@ -116,13 +116,29 @@ fn install(table: &Value, groups: &[&str]) -> bool {
     let apt = |arguments: &[&str]| {
         let mut words = prefix.iter().copied().chain(["apt-get"]).chain(arguments.iter().copied());
         let Some(program) = words.next() else { return false };
-        Command::new(program)
+        let output = Command::new(program)
             .args(words)
             .env("DEBIAN_FRONTEND", "noninteractive")
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .status()
-            .is_ok_and(|status| status.success())
+            .stderr(Stdio::inherit())
+            .output();
+        match output {
+            Ok(output) if output.status.success() => true,
+            Ok(output) => {
+                // What it said on the way, which nobody wants to read where all is well.
+                eprintln!(
+                    "{}apt-get {} ended with {}",
+                    String::from_utf8_lossy(&output.stdout),
+                    arguments.join(" "),
+                    output.status
+                );
+                false
+            }
+            Err(error) => {
+                eprintln!("{program}: {error}");
+                false
+            }
+        }
     };
     let packages: Vec<&str> = groups.iter().flat_map(|group| strings(&table[*group]["apt"])).collect();
     println!("Installing {} …", packages.join(" "));
