@@ -83,7 +83,7 @@ impl Levels {
 
     /// How far a plant goes toward another level or method in a step [s].
     pub fn pace(&self, dt: f64) -> f32 {
-        (dt / self.blend.max(1e-3)).min(1.0) as f32
+        (dt / self.blend.max(1e-6)).min(2.0) as f32
     }
 }
 

@@ -12,7 +12,7 @@ pub const MOST_SOURCES: usize = 64;
 /// A source below this Φ [m³/s] is none.
 const LEAST_SOURCE: f32 = 1e-5;
 /// A shelter below this strength is none.
-const LEAST_SHELTER: f64 = 0.02;
+const LEAST_SHELTER: f64 = 0.1;
 /// No bed calms the water by more than this share.
 const MOST_SHELTER: f64 = 0.85;
 /// Added to the speed of the water [m/s], so that a bed calms slack water by a share, too.
@@ -32,19 +32,19 @@ impl Bed {
     /// One source at the centre of gravity of each plant, by its acceleration, that reaches as far as its box.
     fn sources(&mut self) {
         for pack in &self.packs {
-            if pack.work().plants == 0 {
-                continue;
-            }
             let kind = &self.kinds[pack.kind()];
             let anchor = self.cells[pack.cell()].anchor();
             for (lane, number) in pack.lanes() {
+                // What made up for steps did not move, and far away nobody sees what it disturbs.
+                if !pack.stepped(lane) || pack.jumped(lane) || pack.detail(lane)[0] >= 2.0 {
+                    continue;
+                }
                 let of = |lanes: &[Lane; 3]| [0, 1, 2].map(|i| lanes[i].0[lane]);
                 let [x, y, z] = of(&pack.stand.push);
                 let size = pack.stand.size.0[lane];
                 let push = (x * x + y * y + z * z).sqrt();
                 let strength = kind.disturbance as f32 * size * size * push;
-                // What made up for steps did not move.
-                if !(strength >= LEAST_SOURCE) || pack.jumped(lane) || pack.stand.detail.0[lane] >= 2.0 {
+                if strength < LEAST_SOURCE {
                     continue;
                 }
                 let (low, high) = (of(&pack.stand.low), of(&pack.stand.high));
@@ -94,7 +94,7 @@ impl Bed {
             let flat = DVec3::new(f64::from(water[0]), 0.0, f64::from(water[2]));
             let speed = flat.length();
             let strength = (1.0 - exp(-thickness / (speed + SLACK))).min(MOST_SHELTER);
-            if !(strength >= LEAST_SHELTER) {
+            if strength < LEAST_SHELTER {
                 continue;
             }
             // From the cell's middle downstream; in slack water around it.

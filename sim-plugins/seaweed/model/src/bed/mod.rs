@@ -126,9 +126,14 @@ pub fn id_of(plant: usize) -> u64 {
     plant as u64 + 1
 }
 
-/// Steps of making up for time, and the longest of them [s]: what was before has been forgotten.
-const CATCH_UP: usize = 8;
-const CATCH_UP_DT: f64 = 0.25;
+/// Steps in which plants make up for time, and how long before the present each begins [s]: long ones first, since what was long
+/// ago has nearly been forgotten.
+const CATCH_UP: [f64; 10] = [4.0, 3.0, 2.2, 1.6, 1.15, 0.8, 0.55, 0.35, 0.2, 0.1];
+
+/// How long before the present a step of making up for time ends [s].
+fn catch_up_end(step: usize) -> f64 {
+    CATCH_UP.get(step + 1).copied().unwrap_or(0.0)
+}
 
 impl Bed {
     /// Plants of these kinds. What stands where it does keeps its order in everything that comes out.
@@ -150,7 +155,7 @@ impl Bed {
             field: Field::new(),
             flow: Vec::new(),
             choice: Choice::default(),
-            before: vec![Vec::new(); CATCH_UP],
+            before: vec![Vec::new(); CATCH_UP.len()],
             scratch: Vec::new(),
             ambient: Packed::new(),
             flows: Vec::new(),
@@ -258,7 +263,7 @@ impl Bed {
         self.field.refill(&self.flow);
         self.choice.update(around.waves, around.depth, around.camera, levels);
         for (i, before) in self.before.iter_mut().enumerate() {
-            let ago = (CATCH_UP - 1 - i) as f64 * CATCH_UP_DT;
+            let ago = catch_up_end(i);
             before.clear();
             before.extend(around.waves.iter().map(|wave| {
                 let phase = f64::from(wave.phase) + f64::from(wave.frequency) * ago;

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use reef_flow::waves::Trains;
 use reef_sdk::abi::Wave;
 
-use super::{CATCH_UP, CATCH_UP_DT, Kind, Pass, Plant, Room, Stand, Surroundings, Work, cell::Cell};
+use super::{CATCH_UP, Kind, Pass, Plant, Room, Stand, Surroundings, Work, catch_up_end, cell::Cell};
 use crate::{
     kernel::{self, Row},
     lanes::{Lane, WIDTH},
@@ -26,7 +26,8 @@ pub(super) struct Pack {
     pub(super) stand: Stand,
     /// Steps that each was not stepped since it was last, and how long they were [s].
     pub(super) paused: [f32; WIDTH],
-    /// Bit by bit: who made up for steps in the last one.
+    /// Bit by bit: who was stepped in the last step, and who made up for others in it.
+    stepped: u8,
     jumped: u8,
     /// Half the height of each plant's box at rest, its centre's height over the root [m]: what view and distance go by.
     reach: [f32; WIDTH],
@@ -98,6 +99,7 @@ impl Pack {
             numbers: all,
             stand,
             paused: [0.0; WIDTH],
+            stepped: 0,
             jumped: 0,
             reach,
             work: Work::default(),
@@ -125,6 +127,10 @@ impl Pack {
         [self.stand.detail.0[lane], self.stand.lagged.0[lane]]
     }
 
+    pub(super) fn stepped(&self, lane: usize) -> bool {
+        self.stepped >> lane & 1 != 0
+    }
+
     pub(super) fn jumped(&self, lane: usize) -> bool {
         self.jumped >> lane & 1 != 0
     }
@@ -138,7 +144,7 @@ impl Pack {
     pub(super) fn step(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch) {
         let dt = sea.around.dt as f32;
         let mut steps = [0.0; WIDTH];
-        self.jumped = 0;
+        (self.stepped, self.jumped) = (0, 0);
         self.work = Work::default();
         for lane in 0..WIDTH {
             if self.numbers[lane] == EMPTY {
@@ -154,6 +160,7 @@ impl Pack {
                 continue;
             }
             steps[lane] = dt;
+            self.stepped |= 1 << lane;
             let wanted = sea.levels.wanted(sea.view.distance(root, reach));
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
             if self.paused[lane] > 0.0 {
@@ -167,7 +174,7 @@ impl Pack {
             }
             self.count(sea.kind, lane);
         }
-        if steps == [0.0; WIDTH] {
+        if self.stepped == 0 {
             return;
         }
         if self.jumped != 0 {
@@ -186,18 +193,16 @@ impl Pack {
         self.work.plants += 1;
     }
 
-    /// Lets those that come into view make up for the steps since they left it: the last two seconds of them, in a few long
-    /// ones, in the waves of these times. What was before is forgotten by then.
+    /// Lets those that come into view make up for the steps since they left it: the last few seconds of them, in a few long
+    /// ones, in the waves of these times.
     fn catch_up(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch, steps: &[f32; WIDTH]) {
         let anchor = sea.cell.anchor().to_array();
-        let part = CATCH_UP_DT as f32;
         for (i, waves) in sea.before.iter().enumerate() {
-            let later = (CATCH_UP - 1 - i) as f32 * part;
+            let (begin, end) = (CATCH_UP[i] as f32, catch_up_end(i) as f32);
             let mut long = [0.0; WIDTH];
             for lane in 0..WIDTH {
                 if steps[lane] > 0.0 {
-                    let behind = self.paused[lane].min(CATCH_UP as f32 * part);
-                    long[lane] = (behind - later).clamp(0.0, part);
+                    long[lane] = (self.paused[lane].min(begin) - end).max(0.0);
                 }
             }
             if long == [0.0; WIDTH] {

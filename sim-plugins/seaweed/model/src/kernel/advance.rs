@@ -5,7 +5,7 @@ use reef_flow::simd::{clamp, splat};
 
 use super::{Needs, Node, Pass, Row, Stand, pose, solve};
 use crate::{
-    lanes::{Lane, add, add_scaled, cross, dot, load, load3, mix, scale, store, store3, sub},
+    lanes::{Lane, add, add_scaled, cross, load, load3, mix, scale, store, store3, sub},
     skeleton::GROUND,
 };
 
@@ -50,10 +50,7 @@ pub(super) fn advance<S: Simd>(
             for (at, axis) in [below.y, x].into_iter().enumerate() {
                 let mut turn = zero;
                 if needs.physical {
-                    let answer = &node.art.answers[at];
-                    let about = dot(load3(simd, &answer.about), omega);
-                    let along = dot(load3(simd, &answer.along), speed);
-                    turn = dt * (load(simd, &answer.free) - about - along);
+                    turn = dt * node.art.answers[at].rate(simd, omega, speed);
                 }
                 if needs.lagged {
                     let lagged = load(simd, &node.turn[at]);

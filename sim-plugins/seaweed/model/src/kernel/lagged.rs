@@ -64,10 +64,10 @@ pub(super) fn gather<S: Simd>(
         let (strong, touch_strength) = (length(own), length(touch));
         let mut strength = strong + touch_strength;
         let mut lever = mul_add(strong, half, touch_strength * long);
-        // A contact's own stiffness holds against all joints on the way to it.
+        // What touches something, or floats, holds against all joints on the way to it.
         let span = size * splat(simd, joint.span);
-        let held = load(simd, &node.touching) * splat(simd, joint.depth * pass.contact) * span * span;
-        let mut levers = held;
+        let held = mul_add(load(simd, &node.touching), splat(simd, pass.contact), load(simd, &node.surface));
+        let mut levers = held * splat(simd, joint.depth) * span * span;
         if joint.has_children {
             force = add(force, load3(simd, &node.lag.force));
             torque = add(torque, load3(simd, &node.lag.torque));

@@ -22,6 +22,8 @@ pub(crate) struct Capsule {
 
 /// Half of the height [m] over which a segment comes out of the water.
 const SKIN: f32 = 0.05;
+/// Where on a segment, as shares of its length, two points stand for it: ½ ∓ 1/(2√3).
+const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_13];
 
 /// The water at the centres of all segments for which their levels ask.
 #[inline(always)]
@@ -91,19 +93,36 @@ pub(super) fn act<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand
         let node = &mut nodes[number];
         let (y, origin) = (load3(simd, &node.y), load3(simd, &node.origin));
         let long = size * splat(simd, joint.length);
-        let height = origin[1] + y[1] * long * splat(simd, 0.5) + splat(simd, pass.level);
-        // What is above the surface has no water to drag it or to bear it.
-        let wet = (rise - height) * splat(simd, 0.5 / SKIN) + splat(simd, 0.5);
-        let wet = clamp(wet, zero, one);
+        // What is above the surface has no water to drag it or to bear it. Seen at two points (Gauss's), so that a segment that
+        // floats lies down.
+        let under = rise - origin[1] - splat(simd, pass.level);
+        let rises = y[1] * long;
+        let lower = wet(simd, under - rises * splat(simd, GAUSS[0]));
+        let upper = wet(simd, under - rises * splat(simd, GAUSS[1]));
+        let wet = (lower + upper) * splat(simd, 0.5);
         let drag = size2 * splat(simd, joint.drag) * wet;
         let carried = size3 * splat(simd, joint.carried) * wet;
         let mut force = add_scaled(scale(velocity, drag), acceleration, carried);
         let weight = size3 * splat(simd, joint.weight);
-        force[1] += wet * (size3 * splat(simd, joint.lift) + weight) - weight;
+        let buoyant = size3 * splat(simd, joint.lift) + weight;
+        let aside = (upper - lower) * buoyant * splat(simd, 0.5 * (GAUSS[1] - GAUSS[0]));
+        force[1] += wet * buoyant - weight - aside;
         store3(&mut node.force, force);
         store(&mut node.drag, drag);
         contacts.push(simd, joint, size, add_scaled(origin, y, long), node);
+        // Two forces at the points are one at the centre and one at the end.
+        let end = load(simd, &node.touch[1]) + aside;
+        store(&mut node.touch[1], end);
+        let floating = wet * (one - wet) * splat(simd, 4.0);
+        store(&mut node.surface, floating * buoyant.abs() * splat(simd, 0.5 / SKIN));
     }
+}
+
+/// Share of a point that is in the water, so far under its surface.
+#[inline(always)]
+fn wet<S: Simd>(simd: S, under: f32x8<S>) -> f32x8<S> {
+    let share = under * splat(simd, 0.5 / SKIN) + splat(simd, 0.5);
+    clamp(share, splat(simd, 0.0), splat(simd, 1.0))
 }
 
 /// What the segments may touch.

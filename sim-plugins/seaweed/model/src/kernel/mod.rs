@@ -6,6 +6,7 @@
 //! neighbour's needs it.
 
 mod advance;
+pub mod bare;
 mod lagged;
 mod loads;
 mod pose;
@@ -113,6 +114,8 @@ struct Node {
     /// Force of what it touches, at its end [N]; 1 where it does.
     touch: [Lane; 3],
     touching: Lane,
+    /// How much the surface holds it against being lifted [N/m].
+    surface: Lane,
     /// Force of the whole sub-branch [N].
     total: [Lane; 3],
     /// What the sub-branch does when it is turned (see [`solve`]).

@@ -10,7 +10,7 @@
 //! The system is solved in two walks along the tree, without a matrix. From the tips to the roots: the momentum [N·s·m,
 //! N·s] that a sub-branch gives up at its base when that moves with (ω, v) is b − J (ω, v), with J a symmetric 6 × 6 matrix of
 //! the blocks A, B, C; a joint takes its two axes out of J and b ([`take_out`]), a shift refers them to the parent's base
-//! ([`shift`]). From the roots to the tips: the velocities ([`super::advance`]).
+//! ([`Body::shift`]). From the roots to the tips: the velocities ([`super::advance`]).
 
 use fearless_simd::{Select, Simd, f32x8, prelude::*};
 use reef_flow::simd::{mul_add, neg_mul_add, splat};
@@ -41,9 +41,18 @@ pub(super) struct Art {
 /// θ̇ or φ̇ = free − about·ω − along·v, with the base's ω and v.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Answer {
-    pub(super) free: Lane,
-    pub(super) about: [Lane; 3],
-    pub(super) along: [Lane; 3],
+    free: Lane,
+    about: [Lane; 3],
+    along: [Lane; 3],
+}
+
+impl Answer {
+    /// The rate of the joint [rad/s] when its base moves so.
+    #[inline(always)]
+    pub(super) fn rate<S: Simd>(&self, simd: S, omega: Vector<S>, speed: Vector<S>) -> f32x8<S> {
+        let moved = dot(load3(simd, &self.about), omega) + dot(load3(simd, &self.along), speed);
+        load(simd, &self.free) - moved
+    }
 }
 
 /// Where xx … zz of a symmetric matrix are.
@@ -51,7 +60,7 @@ const AT: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 /// J and b in registers.
 #[derive(Clone, Copy)]
-struct Body<S: Simd> {
+pub(super) struct Body<S: Simd> {
     a: [f32x8<S>; 6],
     b: [[f32x8<S>; 3]; 3],
     c: [f32x8<S>; 6],
@@ -103,7 +112,7 @@ pub(super) fn gather<S: Simd>(
         let mut pull = half * dot(y, acting) + long * dot(y, touch);
         let mut total = add(acting, touch);
         let spin = mass * long * long * splat(simd, 1.0 / 12.0);
-        let mut body = own(simd, [inert, end_mass], [half, long], y, joint.has_children.then_some(node));
+        let mut body = if joint.has_children { Body::of(simd, &node.art) } else { Body::empty(simd) };
         if joint.has_children {
             pull += load(simd, &node.art.stretch);
             total = add(total, load3(simd, &node.total));
@@ -111,16 +120,10 @@ pub(super) fn gather<S: Simd>(
         let spread = inert * long * long * splat(simd, 1.0 / 12.0);
         let tight = dt2 * pull.max(zero);
         let round = spread + mul_add(inert, half * half, mul_add(end_mass, long * long, tight));
-        let across = spread - round;
-        for i in 0..3 {
-            for k in i..3 {
-                let entry = mul_add(across * y[i], y[k], body.a[AT[i][k]]);
-                body.a[AT[i][k]] = if i == k { entry + round } else { entry };
-            }
-        }
+        let moment = mul_add(end_mass, long, inert * half);
+        body.bear(y, [spread, round], [moment, inert + end_mass]);
         let arm = add_scaled(scale(momentum, half), impulse, long);
-        body.torque = add(body.torque, add_scaled(cross(y, arm), load3(simd, &row.omega), spin));
-        body.force = add(body.force, add(momentum, impulse));
+        body.push(add_scaled(cross(y, arm), load3(simd, &row.omega), spin), add(momentum, impulse));
         let below = pose::below(simd, base, nodes, joint);
         let mut answers = [Answer::default(); 2];
         if joint.tier + needs.level <= 2 {
@@ -138,9 +141,9 @@ pub(super) fn gather<S: Simd>(
         node.art.answers = answers;
         if joint.parent != GROUND {
             let height = size * splat(simd, joint.height);
-            shift(simd, &mut body, scale(below.y, height));
+            body.shift(simd, scale(below.y, height));
             let parent = &mut nodes[joint.parent as usize];
-            hand_down(simd, &body, &mut parent.art);
+            body.hand_down(simd, &mut parent.art);
             let stretch = load(simd, &parent.art.stretch);
             store(&mut parent.art.stretch, mul_add(height, dot(below.y, total), stretch));
             let sum = add(load3(simd, &parent.total), total);
@@ -157,46 +160,110 @@ pub(super) fn weights<S: Simd>(simd: S, stand: &Stand) -> [f32x8<S>; 3] {
     [one, one - smooth(simd, detail - one), one - smooth(simd, detail)]
 }
 
-/// B and C of a segment with two masses on its Y, and J and b of what stands on it.
-#[inline(always)]
-fn own<S: Simd>(
-    simd: S,
-    masses: [f32x8<S>; 2],
-    arms: [f32x8<S>; 2],
-    y: Vector<S>,
-    above: Option<&Node>,
-) -> Body<S> {
-    let zero = splat(simd, 0.0);
-    let moment = mul_add(masses[1], arms[1], masses[0] * arms[0]);
-    let m = scale(y, moment);
-    let mass = masses[0] + masses[1];
-    let mut body = Body {
-        a: [zero; 6],
-        b: [[zero, -m[2], m[1]], [m[2], zero, -m[0]], [-m[1], m[0], zero]],
-        c: [mass, zero, zero, mass, zero, mass],
-        torque: [zero; 3],
-        force: [zero; 3],
-    };
-    if let Some(node) = above {
+impl<S: Simd> Body<S> {
+    /// Of nothing.
+    #[inline(always)]
+    pub(super) fn empty(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        Self { a: [zero; 6], b: [[zero; 3]; 3], c: [zero; 6], torque: [zero; 3], force: [zero; 3] }
+    }
+
+    /// What stands on a segment.
+    #[inline(always)]
+    fn of(simd: S, art: &Art) -> Self {
+        let mut body = Self::empty(simd);
         for i in 0..6 {
-            body.a[i] = load(simd, &node.art.a[i]);
-            body.c[i] += load(simd, &node.art.c[i]);
+            body.a[i] = load(simd, &art.a[i]);
+            body.c[i] = load(simd, &art.c[i]);
         }
         for i in 0..3 {
-            for k in 0..3 {
-                body.b[i][k] += load(simd, &node.art.b[i][k]);
-            }
+            body.b[i] = load3(simd, &art.b[i]);
         }
-        body.torque = load3(simd, &node.art.torque);
-        body.force = load3(simd, &node.art.force);
+        body.torque = load3(simd, &art.torque);
+        body.force = load3(simd, &art.force);
+        body
     }
-    body
+
+    /// Adds a segment's own inertia: along its Y and across it [kg·m²], first moment along Y [kg·m] and mass [kg].
+    #[inline(always)]
+    pub(super) fn bear(
+        &mut self,
+        y: Vector<S>,
+        [along, round]: [f32x8<S>; 2],
+        [moment, mass]: [f32x8<S>; 2],
+    ) {
+        let across = along - round;
+        for i in 0..3 {
+            for k in i..3 {
+                let entry = mul_add(across * y[i], y[k], self.a[AT[i][k]]);
+                self.a[AT[i][k]] = if i == k { entry + round } else { entry };
+            }
+            self.c[AT[i][i]] += mass;
+        }
+        let m = scale(y, moment);
+        self.b[0][1] -= m[2];
+        self.b[0][2] += m[1];
+        self.b[1][0] += m[2];
+        self.b[1][2] -= m[0];
+        self.b[2][0] -= m[1];
+        self.b[2][1] += m[0];
+    }
+
+    /// Adds momentum.
+    #[inline(always)]
+    pub(super) fn push(&mut self, torque: Vector<S>, force: Vector<S>) {
+        self.torque = add(self.torque, torque);
+        self.force = add(self.force, force);
+    }
+
+    /// Refers J and b to a base that lies −r from the present one.
+    #[inline(always)]
+    pub(super) fn shift(&mut self, simd: S, r: Vector<S>) {
+        let half = splat(simd, 0.5);
+        // [r]× C, by its columns.
+        let mut lever = self.b;
+        for k in 0..3 {
+            let column = cross(r, [self.c[AT[0][k]], self.c[AT[1][k]], self.c[AT[2][k]]]);
+            lever[0][k] = column[0];
+            lever[1][k] = column[1];
+            lever[2][k] = column[2];
+        }
+        let mut turned = self.b;
+        for i in 0..3 {
+            turned[i] = cross(r, add_scaled(self.b[i], lever[i], half));
+        }
+        for i in 0..3 {
+            for k in i..3 {
+                self.a[AT[i][k]] += turned[k][i] + turned[i][k];
+            }
+            self.b[i] = add(self.b[i], lever[i]);
+        }
+        self.torque = add(self.torque, cross(r, self.force));
+    }
+
+    /// Adds this to what a parent bears.
+    #[inline(always)]
+    fn hand_down(&self, simd: S, art: &mut Art) {
+        for i in 0..6 {
+            let (a, c) = (load(simd, &art.a[i]), load(simd, &art.c[i]));
+            store(&mut art.a[i], a + self.a[i]);
+            store(&mut art.c[i], c + self.c[i]);
+        }
+        for i in 0..3 {
+            let b = load3(simd, &art.b[i]);
+            store3(&mut art.b[i], add(b, self.b[i]));
+        }
+        let sum = add(load3(simd, &art.torque), self.torque);
+        store3(&mut art.torque, sum);
+        let sum = add(load3(simd, &art.force), self.force);
+        store3(&mut art.force, sum);
+    }
 }
 
 /// Lets the body turn about an axis through its base: `hold` is what its spring and damper add to the axis' inertia, `bent`
 /// what the spring exerts already; `open`: 0 where it cannot turn.
 #[inline(always)]
-fn take_out<S: Simd>(
+pub(super) fn take_out<S: Simd>(
     simd: S,
     body: &mut Body<S>,
     axis: Vector<S>,
@@ -229,49 +296,4 @@ fn take_out<S: Simd>(
     store(&mut answer.free, free);
     store3(&mut answer.about, about);
     store3(&mut answer.along, along);
-}
-
-/// Refers J and b to a base that lies −r from the present one.
-#[inline(always)]
-fn shift<S: Simd>(simd: S, body: &mut Body<S>, r: Vector<S>) {
-    let half = splat(simd, 0.5);
-    // Columns of [r]× C.
-    let mut lever = body.b;
-    for k in 0..3 {
-        let column = cross(r, [body.c[AT[0][k]], body.c[AT[1][k]], body.c[AT[2][k]]]);
-        lever[0][k] = column[0];
-        lever[1][k] = column[1];
-        lever[2][k] = column[2];
-    }
-    let mut turned = body.b;
-    for i in 0..3 {
-        turned[i] = cross(r, add_scaled(body.b[i], lever[i], half));
-    }
-    for i in 0..3 {
-        for k in i..3 {
-            body.a[AT[i][k]] += turned[k][i] + turned[i][k];
-        }
-        body.b[i] = add(body.b[i], lever[i]);
-    }
-    body.torque = add(body.torque, cross(r, body.force));
-}
-
-/// Adds a body to what its parent bears.
-#[inline(always)]
-fn hand_down<S: Simd>(simd: S, body: &Body<S>, art: &mut Art) {
-    for i in 0..6 {
-        let (a, c) = (load(simd, &art.a[i]), load(simd, &art.c[i]));
-        store(&mut art.a[i], a + body.a[i]);
-        store(&mut art.c[i], c + body.c[i]);
-    }
-    for i in 0..3 {
-        for k in 0..3 {
-            let b = load(simd, &art.b[i][k]);
-            store(&mut art.b[i][k], b + body.b[i][k]);
-        }
-    }
-    let sum = add(load3(simd, &art.torque), body.torque);
-    store3(&mut art.torque, sum);
-    let sum = add(load3(simd, &art.force), body.force);
-    store3(&mut art.force, sum);
 }

@@ -3,5 +3,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bed;
+mod contact;
 mod equations;
+mod flows;
+mod levels;
 mod motion;
+mod sow;
+mod species_table;
