@@ -91,8 +91,10 @@ pub(crate) struct Joint {
     pub(crate) parent: u32,
     /// Levels of detail that compute it: 0 all, 1 near and middle, 2 near alone.
     pub(crate) tier: u8,
-    /// Whether other segments stand on it.
-    pub(crate) has_children: bool,
+    /// What stands on it.
+    pub(crate) above: Above,
+    /// It is the next after its parent, and all that stands on that: a part of a chain.
+    pub(crate) only: bool,
     pub(crate) height: f32,
     pub(crate) length: f32,
     pub(crate) stiffness: f32,
@@ -112,6 +114,17 @@ pub(crate) struct Joint {
     pub(crate) depth: f32,
     /// Length of the way from the root to its end [m].
     pub(crate) span: f32,
+}
+
+/// What stands on a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Above {
+    /// Nothing.
+    Nothing,
+    /// The next segment alone.
+    Next,
+    /// Others.
+    Branches,
 }
 
 /// Parent of the root segments.
@@ -168,7 +181,8 @@ impl Skeleton {
             joints.push(Joint {
                 parent: segment.parent.map_or(GROUND, |parent| parent as u32),
                 tier: level.tier,
-                has_children: false,
+                above: Above::Nothing,
+                only: false,
                 height: segment.height as f32,
                 length: segment.length as f32,
                 stiffness: segment.stiffness as f32,
@@ -186,8 +200,12 @@ impl Skeleton {
                 span: begin + segment.length as f32,
             });
             if let Some(parent) = segment.parent {
-                joints[parent].has_children = true;
+                let next = joints[parent].above == Above::Nothing && parent + 2 == joints.len();
+                joints[parent].above = if next { Above::Next } else { Above::Branches };
             }
+        }
+        for number in 0..joints.len().saturating_sub(1) {
+            joints[number + 1].only = joints[number].above == Above::Next;
         }
         let reach = joints.iter().map(|joint| f64::from(joint.span + joint.radius)).fold(0.0, f64::max);
         let mass = segments.iter().map(|segment| segment.mass).sum();

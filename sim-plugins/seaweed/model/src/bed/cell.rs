@@ -8,7 +8,7 @@ use super::{Capsule, Kind, Plant, Surroundings};
 use crate::{levels::Levels, view::View};
 
 /// [m]: in f32, what lies so near is placed to a micrometre.
-pub(super) const SIZE: f64 = 8.0;
+pub(super) const SIZE: f64 = 16.0;
 
 /// The cell of a root.
 pub(super) fn key(root: DVec3) -> [i64; 3] {
@@ -16,10 +16,14 @@ pub(super) fn key(root: DVec3) -> [i64; 3] {
     root.to_array().map(|x| (x / SIZE).round() as i64)
 }
 
-/// Which quarter of its cell: neighbours in a pack have the same level of detail more often.
-pub(super) fn quarter(root: DVec3) -> [i64; 2] {
-    [root.x, root.z].map(|x| (2.0 * x / SIZE).floor() as i64)
+/// Where in a cell, by strips to and fro: neighbours in a pack have the same level of detail more often.
+pub(super) fn strip(root: DVec3) -> (i64, i64) {
+    let [x, z] = [root.x, root.z].map(|x| (x / STRIP).floor() as i64);
+    (z, if z % 2 == 0 { x } else { -x })
 }
+
+/// [m]
+const STRIP: f64 = 2.0;
 
 /// One of them.
 #[derive(Clone, Debug)]
@@ -33,10 +37,6 @@ pub(super) struct Cell {
     pub(super) capsules: Vec<Capsule>,
     /// Whether something in here may be in view.
     pub(super) visible: bool,
-    /// Drag of all plants [N·s/m], and their mean height [m].
-    pub(super) drag: f64,
-    pub(super) height: f64,
-    count: u32,
 }
 
 impl Cell {
@@ -50,9 +50,6 @@ impl Cell {
             trains: Trains::new(),
             capsules: Vec::new(),
             visible: true,
-            drag: 0.0,
-            height: 0.0,
-            count: 0,
         }
     }
 
@@ -68,10 +65,6 @@ impl Cell {
     pub(super) fn add(&mut self, plant: &Plant, kind: &Kind) {
         let reach = kind.skeleton.reach() * plant.size;
         self.bounds.radius = self.bounds.radius.max(plant.root.distance(self.anchor) + reach);
-        let drag: f64 = kind.skeleton.segments().iter().map(|segment| segment.drag).sum();
-        self.drag += drag * plant.size * plant.size;
-        self.count += 1;
-        self.height += (reach - self.height) / f64::from(self.count);
     }
 
     /// Nearest that anything in this cell's column comes to an eye, aside [m]: the same whatever stands here.

@@ -1,11 +1,49 @@
 //! What plants do to the water: a source of each that moves (§4.3.4), and shelter behind dense beds.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use reef_flow::{Sphere, velocity8};
 use reef_sdk::abi::{self, Flow};
 
-use super::{Bed, Surroundings, bed_id, cell, id_of};
+use super::{Bed, Kind, Plant, Surroundings, bed_id, id_of};
 use crate::lanes::{Lane, WIDTH};
+
+/// Side of the squares [m] whose plants shelter together what is behind them.
+const PATCH: f64 = 8.0;
+
+/// Plants of one square.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Patch {
+    /// Mean root [m, world] and height of the plants [m].
+    root: DVec3,
+    height: f64,
+    /// Drag of all of them [N·s/m].
+    drag: f64,
+    count: u32,
+}
+
+/// The squares that plants stand in, in the order of the first plant of each.
+pub(super) fn patches(kinds: &[Kind], plants: &[Plant]) -> Vec<Patch> {
+    let mut numbers = BTreeMap::new();
+    let mut patches: Vec<Patch> = Vec::new();
+    for plant in plants {
+        let Some(kind) = kinds.get(plant.kind) else { continue };
+        let key = plant.root.to_array().map(|x| (x / PATCH).round() as i64);
+        let number = *numbers.entry(key).or_insert_with(|| {
+            patches.push(Patch::default());
+            patches.len() - 1
+        });
+        let patch = &mut patches[number];
+        let drag: f64 = kind.skeleton.segments().iter().map(|segment| segment.drag).sum();
+        patch.drag += drag * plant.size * plant.size;
+        patch.count += 1;
+        let share = 1.0 / f64::from(patch.count);
+        patch.root += (plant.root - patch.root) * share;
+        patch.height += (kind.skeleton.reach() * plant.size - patch.height) * share;
+    }
+    patches
+}
 
 /// Most sources: those of the plants that disturb the water most.
 pub const MOST_SOURCES: usize = 64;
@@ -70,15 +108,14 @@ impl Bed {
     /// Dense cells calm the water behind them: what their plants take from the current's momentum on its way through.
     fn shelters(&mut self, around: &Surroundings<'_>) {
         let owner = bed_id(self.plants.len());
-        for cell in &self.cells {
-            let height = cell.height.max(0.1);
-            // Share of its momentum that water of 1 m/s loses on the way through a cell of plants.
-            let thickness = cell.drag / (cell::SIZE * height * around.density.max(1.0));
-            let fastest_loss = 1.0 - exp(-thickness / SLACK);
-            if fastest_loss < LEAST_SHELTER {
+        for patch in &self.patches {
+            let height = patch.height.max(0.1);
+            // Share of its momentum that water of 1 m/s loses on its way through the square.
+            let thickness = patch.drag / (PATCH * height * around.density.max(1.0));
+            if 1.0 - exp(-thickness / SLACK) < LEAST_SHELTER {
                 continue;
             }
-            let center = cell.anchor() + DVec3::Y * (0.5 * height);
+            let center = patch.root + DVec3::Y * (0.5 * height);
             let near = Sphere { center: center.to_array(), radius: 0.1 };
             self.ambient.fill_near(&self.field, near, center.to_array(), owner);
             let ambient = &self.ambient;
@@ -97,8 +134,8 @@ impl Bed {
             if strength < LEAST_SHELTER {
                 continue;
             }
-            // From the cell's middle downstream; in slack water around it.
-            let reach = (0.75 * cell::SIZE).max(0.5 * height);
+            // From the square's middle downstream; in slack water around it.
+            let reach = (0.75 * PATCH).max(0.5 * height);
             let behind = flat * (reach / (speed + SLACK));
             self.flows.push(Flow {
                 owner,

@@ -103,6 +103,7 @@ pub struct Bed {
     /// Pack and lane of each plant.
     places: Vec<[u32; 2]>,
     cells: Vec<Cell>,
+    patches: Vec<flows::Patch>,
     field: Field,
     /// The step's flow without what the plants emit themselves.
     flow: Vec<Flow>,
@@ -141,7 +142,7 @@ impl Bed {
         let mut order: Vec<u32> = (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
         order.sort_by_key(|i| {
             let plant = &plants[*i as usize];
-            (plant.kind, cell::key(plant.root), cell::quarter(plant.root), *i)
+            (plant.kind, cell::key(plant.root), cell::strip(plant.root), *i)
         });
         let mut bed = Self {
             kinds,
@@ -152,6 +153,7 @@ impl Bed {
             row_bounds: vec![0],
             pose_bounds: vec![0],
             cells: Vec::new(),
+            patches: Vec::new(),
             field: Field::new(),
             flow: Vec::new(),
             choice: Choice::default(),
@@ -166,6 +168,7 @@ impl Bed {
             (plant.kind, cell::key(plant.root))
         };
         let groups: Vec<Vec<u32>> = order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
+        bed.patches = flows::patches(&bed.kinds, &bed.plants);
         for plants in groups {
             for eight in plants.chunks(crate::lanes::WIDTH) {
                 bed.add_pack(eight);
@@ -280,7 +283,7 @@ impl Bed {
         }
     }
 
-    /// What the plants emitted in the last step: a source of each that disturbs the water, and shelters of dense cells.
+    /// What the plants emitted in the last step: a source of each that disturbs the water, and shelters of dense squares.
     pub fn flows(&self) -> &[Flow] {
         &self.flows
     }

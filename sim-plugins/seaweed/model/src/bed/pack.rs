@@ -225,6 +225,9 @@ impl Pack {
 
     fn pass<'a>(&self, sea: &Sea<'a>, trains: &'a Trains, dt: Lane) -> Pass<'a> {
         let anchor = sea.cell.anchor();
+        let highest = self.lanes().map(|(lane, _)| self.stand.origin[1].0[lane] + self.reach[lane]);
+        let waves: f32 = sea.around.waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
+        let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
         let top = anchor.y + 0.5 * super::cell::SIZE + sea.kind.skeleton.reach() * LARGEST;
         Pass {
             joints: &sea.kind.skeleton.joints,
@@ -239,6 +242,7 @@ impl Pack {
             dt,
             lag: sea.kind.lag as f32,
             contact: sea.levels.contact as f32,
+            deep: highest < -2.0 * kernel::SKIN,
         }
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn advance<S: Simd>(
             for (at, axis) in [below.y, x].into_iter().enumerate() {
                 let mut turn = zero;
                 if needs.physical {
-                    turn = dt * node.art.answers[at].rate(simd, omega, speed);
+                    turn = dt * node.answers[at].rate(simd, omega, speed);
                 }
                 if needs.lagged {
                     let lagged = load(simd, &node.turn[at]);
@@ -65,7 +65,7 @@ pub(super) fn advance<S: Simd>(
                 turn = clamp(turn * weight, -most, most);
                 let bend = splat(simd, MOST_BEND);
                 turn = clamp(turn, rest - bend - old, rest + bend - old);
-                keep(simd, dt, angle, old + turn);
+                keep(simd, (needs.full, dt), angle, old + turn);
                 omega = add_scaled(omega, axis, turn * rate);
             }
         }
@@ -75,8 +75,8 @@ pub(super) fn advance<S: Simd>(
         let arm = scale(y, long * splat(simd, 0.5));
         let center_speed = add(speed, cross(omega, arm));
         for i in 0..3 {
-            keep(simd, dt, &mut row.omega[i], omega[i]);
-            keep(simd, dt, &mut row.speed[i], center_speed[i]);
+            keep(simd, (needs.full, dt), &mut row.omega[i], omega[i]);
+            keep(simd, (needs.full, dt), &mut row.speed[i], center_speed[i]);
         }
         let here = load3(simd, &node.origin);
         let own = size3 * splat(simd, joint.mass);
@@ -94,17 +94,20 @@ pub(super) fn advance<S: Simd>(
     let change = scale(sub(drift, load3(simd, &stand.drift)), rate);
     let center = add_scaled(scale(moment, one), drift, dt);
     for i in 0..3 {
-        keep(simd, dt, &mut stand.push[i], change[i]);
-        keep(simd, dt, &mut stand.drift[i], drift[i]);
-        keep(simd, dt, &mut stand.gravity[i], center[i]);
-        keep(simd, dt, &mut stand.low[i], low[i]);
-        keep(simd, dt, &mut stand.high[i], high[i]);
+        keep(simd, (needs.full, dt), &mut stand.push[i], change[i]);
+        keep(simd, (needs.full, dt), &mut stand.drift[i], drift[i]);
+        keep(simd, (needs.full, dt), &mut stand.gravity[i], center[i]);
+        keep(simd, (needs.full, dt), &mut stand.low[i], low[i]);
+        keep(simd, (needs.full, dt), &mut stand.high[i], high[i]);
     }
 }
 
 /// Lanes that are not stepped keep what they had, whatever came out for them.
 #[inline(always)]
-fn keep<S: Simd>(simd: S, dt: f32x8<S>, lane: &mut Lane, value: f32x8<S>) {
+fn keep<S: Simd>(simd: S, (full, dt): (bool, f32x8<S>), lane: &mut Lane, value: f32x8<S>) {
+    if full {
+        return store(lane, value);
+    }
     let acts = dt.simd_gt(splat(simd, 0.0));
     store(lane, acts.select(value, load(simd, lane)));
 }

@@ -18,7 +18,7 @@ use reef_flow::{
 use super::{Needs, Node, Pass, Row, Stand, pose};
 use crate::{
     lanes::{Lane, add, add_scaled, cross, dot, length, load, load3, scale, store, store3},
-    skeleton::GROUND,
+    skeleton::{Above, GROUND},
 };
 
 /// What a sub-branch exerts at the base of its first segment.
@@ -49,7 +49,7 @@ pub(super) fn gather<S: Simd>(
     let stiff = size * size * size * load(simd, &stand.stiff);
     let base = pose::base(simd, stand);
     for (number, joint) in pass.joints.iter().enumerate() {
-        if joint.has_children {
+        if joint.above != Above::Nothing {
             nodes[number].lag = Torque::default();
         }
     }
@@ -68,7 +68,7 @@ pub(super) fn gather<S: Simd>(
         let span = size * splat(simd, joint.span);
         let held = mul_add(load(simd, &node.touching), splat(simd, pass.contact), load(simd, &node.surface));
         let mut levers = held * splat(simd, joint.depth) * span * span;
-        if joint.has_children {
+        if joint.above != Above::Nothing {
             force = add(force, load3(simd, &node.lag.force));
             torque = add(torque, load3(simd, &node.lag.torque));
             strength += load(simd, &node.lag.strength);

@@ -21,7 +21,7 @@ use crate::{
     water::Water,
 };
 
-pub(crate) use loads::Capsule;
+pub(crate) use loads::{Capsule, SKIN};
 pub(crate) use pose::{Frame, base, frame_of};
 
 /// What moves of a segment, eight plants side by side: 40 bytes a joint and plant.
@@ -80,6 +80,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) lag: f32,
     /// Stiffness of contacts [N/m]; 0: nothing touches.
     pub(crate) contact: f32,
+    /// No part of any of them can come near the surface.
+    pub(crate) deep: bool,
 }
 
 /// Room for the work on one pack. What is in it from others changes nothing.
@@ -116,10 +118,9 @@ struct Node {
     touching: Lane,
     /// How much the surface holds it against being lifted [N/m].
     surface: Lane,
-    /// Force of the whole sub-branch [N].
-    total: [Lane; 3],
-    /// What the sub-branch does when it is turned (see [`solve`]).
+    /// What stands on it, where that is more than the next segment, and how its two axes answer (see [`solve`]).
     art: solve::Art,
+    answers: [solve::Answer; 2],
     /// Torque of the sub-branch (see [`lagged`]).
     lag: lagged::Torque,
     /// By how much the procedural method turns it [rad].
@@ -133,6 +134,8 @@ struct Needs {
     level: u8,
     /// Whether one is on the way from one level to another, or coarser than the finest.
     mixed: bool,
+    /// Whether all eight are stepped.
+    full: bool,
     physical: bool,
     lagged: bool,
 }
@@ -143,11 +146,14 @@ impl Needs {
         for i in (0..WIDTH).filter(|i| dt.0[*i] > 0.0) {
             let (detail, lagged) = (stand.detail.0[i], stand.lagged.0[i]);
             let level = if detail < 1.0 { 0 } else { u8::from(detail >= 2.0) + 1 };
-            let known = needs.get_or_insert(Self { level, mixed: false, physical: false, lagged: false });
+            let known = needs.get_or_insert(Self { level, mixed: false, full: true, physical: false, lagged: false });
             known.mixed |= detail != f32::from(level) || known.level != level;
             known.level = known.level.min(level);
             known.physical |= lagged < 1.0;
             known.lagged |= lagged > 0.0;
+        }
+        if let Some(needs) = &mut needs {
+            needs.full = dt.0.iter().all(|dt| *dt > 0.0);
         }
         needs
     }
@@ -181,9 +187,12 @@ fn wide<S: Simd>(
     nodes: &mut [Node],
 ) {
     let nodes = &mut nodes[..rows.len()];
-    pose::pose(simd, pass, stand, rows, nodes);
-    loads::evaluate(simd, pass, needs, stand, nodes);
-    loads::act(simd, pass, needs, stand, nodes);
+    if needs.level == 0 && !needs.mixed {
+        pose::with_loads(simd, pass, stand, rows, nodes);
+    } else {
+        pose::pose(simd, pass, stand, rows, nodes);
+        loads::shared(simd, pass, needs, stand, nodes);
+    }
     if needs.physical {
         solve::gather(simd, pass, needs, stand, rows, nodes);
     }

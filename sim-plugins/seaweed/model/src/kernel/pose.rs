@@ -6,7 +6,7 @@ use reef_flow::{
     simd::{mul_add, neg_mul_add},
 };
 
-use super::{Node, Pass, Row, Stand};
+use super::{Node, Pass, Row, Stand, loads::Acting};
 use crate::{
     lanes::{Vector, add_scaled, cross, load, load3, store3},
     skeleton::{GROUND, Joint},
@@ -69,11 +69,43 @@ pub(super) fn below<S: Simd>(simd: S, base: Frame<S>, nodes: &[Node], joint: &Jo
 pub(super) fn pose<S: Simd>(simd: S, pass: &Pass<'_>, stand: &Stand, rows: &[Row], nodes: &mut [Node]) {
     let base = base(simd, stand);
     let size = load(simd, &stand.size);
+    let mut last = base;
     for (number, (joint, row)) in pass.joints.iter().zip(rows).enumerate() {
-        let frame = frame_of(simd, below(simd, base, nodes, joint), joint, row, size);
+        let below = if joint.only { last } else { below(simd, base, nodes, joint) };
+        last = frame_of(simd, below, joint, row, size);
+        last.store(&mut nodes[number]);
+    }
+}
+
+/// The same, and what acts on each in its own water. (Not by a function that takes the rest of the loop: a closure does not
+/// always inherit the vector instructions of where it stands.)
+#[inline(always)]
+pub(super) fn with_loads<S: Simd>(
+    simd: S,
+    pass: &Pass<'_>,
+    stand: &Stand,
+    rows: &[Row],
+    nodes: &mut [Node],
+) {
+    let acting = Acting::new(simd, pass, stand);
+    let base = base(simd, stand);
+    let size = load(simd, &stand.size);
+    let mut last = base;
+    for (number, (joint, row)) in pass.joints.iter().zip(rows).enumerate() {
+        let below = if joint.only { last } else { below(simd, base, nodes, joint) };
+        last = frame_of(simd, below, joint, row, size);
         let node = &mut nodes[number];
-        store3(&mut node.x, frame.x);
-        store3(&mut node.y, frame.y);
-        store3(&mut node.origin, frame.origin);
+        last.store(node);
+        let felt = acting.water(simd, joint, last.y, last.origin);
+        acting.act(simd, joint, &last, &felt, node);
+    }
+}
+
+impl<S: Simd> Frame<S> {
+    #[inline(always)]
+    fn store(&self, node: &mut Node) {
+        store3(&mut node.x, self.x);
+        store3(&mut node.y, self.y);
+        store3(&mut node.origin, self.origin);
     }
 }

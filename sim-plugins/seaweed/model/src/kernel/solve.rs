@@ -18,10 +18,10 @@ use reef_flow::simd::{mul_add, neg_mul_add, splat};
 use super::{Needs, Node, Pass, Row, Stand, pose};
 use crate::{
     lanes::{Lane, Vector, add, add_scaled, cross, dot, load, load3, scale, smooth, store, store3, sub_scaled},
-    skeleton::GROUND,
+    skeleton::{Above, GROUND},
 };
 
-/// J and b of a sub-branch while it is gathered; then what its two axes answer to a motion of the base.
+/// J and b of the sub-branches that stand on a segment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Art {
     /// xx, xy, xz, yy, yz, zz of torque by ω.
@@ -32,10 +32,9 @@ pub(super) struct Art {
     c: [Lane; 6],
     torque: [Lane; 3],
     force: [Lane; 3],
-    /// Σ h Y·S over the children [N·m]: what stretches the segment.
+    /// Force of the sub-branches [N], and Σ h Y·S over them [N·m]: what stretches the segment.
+    total: [Lane; 3],
     stretch: Lane,
-    /// Of θ, then of φ.
-    pub(super) answers: [Answer; 2],
 }
 
 /// θ̇ or φ̇ = free − about·ω − along·v, with the base's ω and v.
@@ -88,11 +87,12 @@ pub(super) fn gather<S: Simd>(
     let base = pose::base(simd, stand);
     let weights = weights(simd, stand);
     for (number, joint) in pass.joints.iter().enumerate() {
-        if joint.has_children {
+        if joint.above == Above::Branches {
             nodes[number].art = Art::default();
-            nodes[number].total = [Lane::default(); 3];
         }
     }
+    // What stands on a segment stays in registers where that is the next one alone.
+    let (mut body, mut total, mut stretch) = (Body::empty(simd), [zero; 3], zero);
     for (number, (joint, row)) in pass.joints.iter().zip(rows).enumerate().rev() {
         let node = &nodes[number];
         let (x, y) = (load3(simd, &node.x), load3(simd, &node.y));
@@ -110,13 +110,17 @@ pub(super) fn gather<S: Simd>(
         // The pull of a stretched segment turns it back: so much for each radian.
         let acting = sub_scaled(force, speed, drag);
         let mut pull = half * dot(y, acting) + long * dot(y, touch);
-        let mut total = add(acting, touch);
         let spin = mass * long * long * splat(simd, 1.0 / 12.0);
-        let mut body = if joint.has_children { Body::of(simd, &node.art) } else { Body::empty(simd) };
-        if joint.has_children {
-            pull += load(simd, &node.art.stretch);
-            total = add(total, load3(simd, &node.total));
+        match joint.above {
+            Above::Next => {}
+            Above::Nothing => (body, total, stretch) = (Body::empty(simd), [zero; 3], zero),
+            Above::Branches => {
+                body = Body::of(simd, &node.art);
+                (total, stretch) = (load3(simd, &node.art.total), load(simd, &node.art.stretch));
+            }
         }
+        pull += stretch;
+        total = add(total, add(acting, touch));
         let spread = inert * long * long * splat(simd, 1.0 / 12.0);
         let tight = dt2 * pull.max(zero);
         let round = spread + mul_add(inert, half * half, mul_add(end_mass, long * long, tight));
@@ -125,7 +129,7 @@ pub(super) fn gather<S: Simd>(
         let arm = add_scaled(scale(momentum, half), impulse, long);
         body.push(add_scaled(cross(y, arm), load3(simd, &row.omega), spin), add(momentum, impulse));
         let below = pose::below(simd, base, nodes, joint);
-        let mut answers = [Answer::default(); 2];
+        let answers = &mut nodes[number].answers;
         if joint.tier + needs.level <= 2 {
             let open = weights[usize::from(joint.tier)];
             let (k, v) = (stiff * splat(simd, joint.stiffness), stiff * splat(simd, joint.damping));
@@ -137,17 +141,18 @@ pub(super) fn gather<S: Simd>(
             take_out(simd, &mut body, x, [hold, dt * k * bent[1], open], &mut answers[1]);
             take_out(simd, &mut body, below.y, [hold, dt * k * bent[0], open], &mut answers[0]);
         }
-        let node = &mut nodes[number];
-        node.art.answers = answers;
         if joint.parent != GROUND {
             let height = size * splat(simd, joint.height);
             body.shift(simd, scale(below.y, height));
-            let parent = &mut nodes[joint.parent as usize];
-            body.hand_down(simd, &mut parent.art);
-            let stretch = load(simd, &parent.art.stretch);
-            store(&mut parent.art.stretch, mul_add(height, dot(below.y, total), stretch));
-            let sum = add(load3(simd, &parent.total), total);
-            store3(&mut parent.total, sum);
+            stretch = height * dot(below.y, total);
+            if !joint.only {
+                let art = &mut nodes[joint.parent as usize].art;
+                body.hand_down(simd, art);
+                let sum = load(simd, &art.stretch) + stretch;
+                store(&mut art.stretch, sum);
+                let sum = add(load3(simd, &art.total), total);
+                store3(&mut art.total, sum);
+            }
         }
     }
 }
