@@ -100,7 +100,9 @@ fn main() {
     let least: u32 = arguments.next().map_or(0, |text| text.parse().expect("a level"));
     let (segments, far) = if large { (100, 150.0) } else { (10, 40.0) };
     let skeleton = blade(segments, 1.0 / segments as f64);
-    for level in Level::all().into_iter().filter(|level| level.code() >= least || level.code() == Level::best().code()) {
+    for level in
+        Level::all().into_iter().filter(|level| level.code() >= least || level.code() == Level::best().code())
+    {
         let mut bare = Bare::new(segments);
         let start = Instant::now();
         let mut runs = 0;
@@ -145,6 +147,11 @@ fn main() {
             bed.write_poses(level, Workers::inline(), &mut poses);
             best = best.min(start.elapsed().as_secs_f64());
         }
-        println!("  poses: {:.3} ms, {:.1} M joints/s; {} bytes a joint", best * 1e3, poses.len() as f64 / best * 1e-6, bed.bytes() / poses.len());
+        println!(
+            "  poses: {:.3} ms, {:.1} M joints/s; {} bytes a joint",
+            best * 1e3,
+            poses.len() as f64 / best * 1e-6,
+            bed.bytes() / poses.len()
+        );
     }
 }

@@ -123,8 +123,7 @@ impl Choice {
         self.key = key;
         self.trains.clear();
         self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
-        self.selection =
-            Some(Selection::new(waves, depth, lens, levels.threshold, Rule::Sum, [-depth, 0.0]));
+        self.selection = Some(Selection::new(waves, depth, lens, levels.threshold, Rule::Sum, [-depth, 0.0]));
     }
 
     /// How many trains matter for what reaches up to the height `y` [m, world] at a distance [m].

@@ -134,18 +134,17 @@ impl Reference {
             let tight = dt * dt * self.stretch(&all, &forces, above).max(0.0);
             for i in 0..count {
                 let Some([turn, way]) = moved(i, above) else { continue };
-                right[i] += way.dot(segment.mass * v + dt * forces[above])
-                    + turn.dot(omega) * segment.mass * long2;
-                for k in 0..count {
+                right[i] +=
+                    way.dot(segment.mass * v + dt * forces[above]) + turn.dot(omega) * segment.mass * long2;
+                for (k, entry) in matrix[i].iter_mut().enumerate() {
                     let Some([other_turn, other_way]) = moved(k, above) else { continue };
-                    matrix[i][k] += inert * (way.dot(other_way) + long2 * turn.dot(other_turn))
+                    *entry += inert * (way.dot(other_way) + long2 * turn.dot(other_turn))
                         + tight * (turn.dot(other_turn) - turn.dot(y) * other_turn.dot(y));
                 }
             }
             let bent = [self.angles[above][0] - segment.theta, self.angles[above][1] - segment.phi];
             for (at, bent) in bent.into_iter().enumerate() {
-                matrix[2 * above + at][2 * above + at] +=
-                    dt * segment.damping + dt * dt * segment.stiffness;
+                matrix[2 * above + at][2 * above + at] += dt * segment.damping + dt * dt * segment.stiffness;
                 right[2 * above + at] -= dt * segment.stiffness * bent;
             }
         }

@@ -265,11 +265,8 @@ fn check(number: usize, segment: &Segment, count: usize) -> Result<(), SkeletonE
     if let Some(parent) = segment.parent.filter(|parent| *parent >= count) {
         return refuse("parent", format!("must be the number of a segment, below {count}, is {parent}"));
     }
-    let positive = [
-        ("length", segment.length, 1e3),
-        ("mass", segment.mass, 1e6),
-        ("stiffness", segment.stiffness, 1e9),
-    ];
+    let positive =
+        [("length", segment.length, 1e3), ("mass", segment.mass, 1e6), ("stiffness", segment.stiffness, 1e9)];
     for (key, value, most) in positive {
         if !(value > 1e-9 && value <= most) {
             return refuse(key, format!("must be above 1e-9 and at most {most}, is {value}"));
@@ -370,9 +367,16 @@ fn rest_ends(segments: &[Segment]) -> Vec<DVec3> {
     for segment in segments {
         let (origin, turn) = segment.parent.map_or((DVec3::ZERO, DQuat::IDENTITY), |parent| bases[parent]);
         let origin = origin + turn * (segment.height * DVec3::Y);
-        bases.push((origin, turn * DQuat::from_rotation_y(segment.theta) * DQuat::from_rotation_x(segment.phi)));
+        bases.push((
+            origin,
+            turn * DQuat::from_rotation_y(segment.theta) * DQuat::from_rotation_x(segment.phi),
+        ));
     }
-    segments.iter().zip(bases).map(|(segment, (origin, turn))| origin + turn * (segment.length * DVec3::Y)).collect()
+    segments
+        .iter()
+        .zip(bases)
+        .map(|(segment, (origin, turn))| origin + turn * (segment.length * DVec3::Y))
+        .collect()
 }
 
 #[cfg(test)]

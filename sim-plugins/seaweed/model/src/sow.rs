@@ -325,7 +325,10 @@ impl Count {
             return refuse(format!("brings the scene to {} plants; the limit is {MOST_PLANTS}", self.plants));
         }
         if self.joints > MOST_JOINTS {
-            return refuse(format!("brings the scene to {} segments; the limit is {MOST_JOINTS}", self.joints));
+            return refuse(format!(
+                "brings the scene to {} segments; the limit is {MOST_JOINTS}",
+                self.joints
+            ));
         }
         Ok(())
     }

@@ -60,48 +60,64 @@ impl Bed {
     /// Lists what the plants emit after a step.
     pub(super) fn emit(&mut self, around: &Surroundings<'_>) {
         self.flows.clear();
-        self.sources();
-        self.flows.sort_unstable_by(|a, b| b.strength.total_cmp(&a.strength).then(a.owner.cmp(&b.owner)));
-        self.flows.truncate(MOST_SOURCES);
-        self.flows.sort_unstable_by_key(|flow| flow.owner);
+        self.disturbing();
+        for i in 0..self.strongest.len() {
+            let source = self.source(self.strongest[i]);
+            self.flows.push(source);
+        }
         self.shelters(around);
     }
 
-    /// One source at the centre of gravity of each plant, by its acceleration, that reaches as far as its box.
-    fn sources(&mut self) {
-        for pack in &self.packs {
-            let kind = &self.kinds[pack.kind()];
-            let anchor = self.cells[pack.cell()].anchor();
-            for (lane, number) in pack.lanes() {
+    /// Who disturbs the water: those whose sources are the strongest, in the order of their numbers.
+    fn disturbing(&mut self) {
+        let Self { strongest, packs, kinds, .. } = self;
+        strongest.clear();
+        for pack in packs {
+            let disturbance = kinds[pack.kind()].disturbance as f32;
+            if disturbance == 0.0 {
+                continue;
+            }
+            for (lane, plant) in pack.lanes() {
                 // What made up for steps did not move, and far away nobody sees what it disturbs.
                 if !pack.stepped(lane) || pack.jumped(lane) || pack.detail(lane)[0] >= 2.0 {
                     continue;
                 }
-                let of = |lanes: &[Lane; 3]| [0, 1, 2].map(|i| lanes[i].0[lane]);
-                let [x, y, z] = of(&pack.stand.push);
+                let [x, y, z] = pack.stand.push.each_ref().map(|lanes| lanes.0[lane]);
                 let size = pack.stand.size.0[lane];
-                let push = (x * x + y * y + z * z).sqrt();
-                let strength = kind.disturbance as f32 * size * size * push;
-                if strength < LEAST_SOURCE {
-                    continue;
+                let strength = disturbance * size * size * (x * x + y * y + z * z).sqrt();
+                if strength >= LEAST_SOURCE {
+                    strongest.push((strength, plant));
                 }
-                let (low, high) = (of(&pack.stand.low), of(&pack.stand.high));
-                let half = 0.5 * (DVec3::from(high.map(f64::from)) - DVec3::from(low.map(f64::from))).length();
-                let reach = half.max(0.05) as f32;
-                self.flows.push(Flow {
-                    owner: id_of(number as usize),
-                    kind: abi::FLOW_SOURCE,
-                    position: (anchor + DVec3::from(of(&pack.stand.gravity).map(f64::from))).to_array(),
-                    axis: [0.0, 1.0, 0.0],
-                    strength: strength.min(10.0),
-                    // As fast as the source is at a quarter of its reach.
-                    peak: (16.0 * strength / (reach * reach)).clamp(1e-4, 2.0),
-                    core: 0.25 * reach,
-                    reach,
-                    fade: 0.5,
-                    ..Flow::default()
-                });
             }
+        }
+        if strongest.len() > MOST_SOURCES {
+            strongest
+                .select_nth_unstable_by(MOST_SOURCES - 1, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            strongest.truncate(MOST_SOURCES);
+        }
+        strongest.sort_unstable_by_key(|(_, plant)| *plant);
+    }
+
+    /// One source at the centre of gravity of a plant, by its acceleration, that reaches as far as its box.
+    fn source(&self, (strength, plant): (f32, u32)) -> Flow {
+        let [pack, lane] = self.places[plant as usize];
+        let pack = &self.packs[pack as usize];
+        let of =
+            |lanes: &[Lane; 3]| DVec3::from(lanes.each_ref().map(|lanes| f64::from(lanes.0[lane as usize])));
+        let box_size = of(&pack.stand.high) - of(&pack.stand.low);
+        let reach = (0.5 * box_size.length()).max(0.05) as f32;
+        Flow {
+            owner: id_of(plant as usize),
+            kind: abi::FLOW_SOURCE,
+            position: (self.cells[pack.cell()].anchor() + of(&pack.stand.gravity)).to_array(),
+            axis: [0.0, 1.0, 0.0],
+            strength: strength.min(10.0),
+            // As fast as the source is at a quarter of its reach.
+            peak: (16.0 * strength / (reach * reach)).clamp(1e-4, 2.0),
+            core: 0.25 * reach,
+            reach,
+            fade: 0.5,
+            ..Flow::default()
         }
     }
 

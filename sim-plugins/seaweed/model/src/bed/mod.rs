@@ -113,6 +113,8 @@ pub struct Bed {
     scratch: Vec<Scratch>,
     ambient: Packed,
     flows: Vec<Flow>,
+    /// Strength of the sources of the step, and whose they are.
+    strongest: Vec<(f32, u32)>,
     /// Of each worker.
     bases: Vec<Vec<poses::Bases>>,
 }
@@ -139,7 +141,8 @@ fn catch_up_end(step: usize) -> f64 {
 impl Bed {
     /// Plants of these kinds. What stands where it does keeps its order in everything that comes out.
     pub fn new(kinds: Vec<Kind>, plants: Vec<Plant>) -> Self {
-        let mut order: Vec<u32> = (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
+        let mut order: Vec<u32> =
+            (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
         order.sort_by_key(|i| {
             let plant = &plants[*i as usize];
             (plant.kind, cell::key(plant.root), cell::strip(plant.root), *i)
@@ -161,13 +164,15 @@ impl Bed {
             scratch: Vec::new(),
             ambient: Packed::new(),
             flows: Vec::new(),
+            strongest: Vec::new(),
             bases: Vec::new(),
         };
         let group = |i: &u32| {
             let plant = &bed.plants[*i as usize];
             (plant.kind, cell::key(plant.root))
         };
-        let groups: Vec<Vec<u32>> = order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
+        let groups: Vec<Vec<u32>> =
+            order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
         bed.patches = flows::patches(&bed.kinds, &bed.plants);
         for plants in groups {
             for eight in plants.chunks(crate::lanes::WIDTH) {
@@ -194,7 +199,8 @@ impl Bed {
         self.rows.resize(begin + segments, Row::default());
         let anchor = self.cells[cell].anchor();
         let plants: Vec<&Plant> = numbers.iter().map(|number| &self.plants[*number as usize]).collect();
-        let pack = Pack::new(kind, cell, numbers, &plants, anchor, &self.kinds[kind], &mut self.rows[begin..]);
+        let pack =
+            Pack::new(kind, cell, numbers, &plants, anchor, &self.kinds[kind], &mut self.rows[begin..]);
         self.packs.push(pack);
         self.row_bounds.push(self.rows.len());
         let poses = self.pose_bounds.last().copied().unwrap_or(0) + segments * numbers.len();

@@ -146,20 +146,19 @@ impl Pack {
         let mut steps = [0.0; WIDTH];
         (self.stepped, self.jumped) = (0, 0);
         self.work = Work::default();
-        for lane in 0..WIDTH {
+        for (lane, steps) in steps.iter_mut().enumerate() {
             if self.numbers[lane] == EMPTY {
                 continue;
             }
             let [x, y, z] = [0, 1, 2].map(|i| f64::from(self.stand.origin[i].0[lane]));
             let root = sea.cell.anchor() + DVec3::new(x, y, z);
             let reach = f64::from(self.reach[lane]);
-            let in_view = sea.cell.visible
-                && (!sea.levels.visible || sea.view.sees(root, reach));
+            let in_view = sea.cell.visible && (!sea.levels.visible || sea.view.sees(root, reach));
             if !in_view {
                 self.paused[lane] += dt;
                 continue;
             }
-            steps[lane] = dt;
+            *steps = dt;
             self.stepped |= 1 << lane;
             let wanted = sea.levels.wanted(sea.view.distance(root, reach));
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
@@ -199,11 +198,9 @@ impl Pack {
         let anchor = sea.cell.anchor().to_array();
         for (i, waves) in sea.before.iter().enumerate() {
             let (begin, end) = (CATCH_UP[i] as f32, catch_up_end(i) as f32);
-            let mut long = [0.0; WIDTH];
-            for lane in 0..WIDTH {
-                if steps[lane] > 0.0 {
-                    long[lane] = (self.paused[lane].min(begin) - end).max(0.0);
-                }
+            let mut long = self.paused.map(|paused| (paused.min(begin) - end).max(0.0));
+            for (long, step) in long.iter_mut().zip(steps) {
+                *long = if *step > 0.0 { *long } else { 0.0 };
             }
             if long == [0.0; WIDTH] {
                 continue;
@@ -216,10 +213,8 @@ impl Pack {
             let pass = self.pass(sea, &scratch.trains, Lane(long));
             kernel::step(sea.around.level, &pass, &mut self.stand, rows, &mut scratch.room);
         }
-        for lane in 0..WIDTH {
-            if steps[lane] > 0.0 {
-                self.paused[lane] = 0.0;
-            }
+        for (paused, step) in self.paused.iter_mut().zip(steps) {
+            *paused = if *step > 0.0 { 0.0 } else { *paused };
         }
     }
 

@@ -49,7 +49,8 @@ impl Bed {
         for (plant, [pack, lane]) in self.plants.iter().zip(&self.places) {
             state.segments.push(self.kinds.get(plant.kind).map_or(0, |kind| kind.skeleton.len() as u32));
             let Some(pack_at) = self.packs.get(*pack as usize) else { continue };
-            let (lane, rows) = (*lane as usize, self.row_bounds[*pack as usize]..self.row_bounds[*pack as usize + 1]);
+            let (lane, rows) =
+                (*lane as usize, self.row_bounds[*pack as usize]..self.row_bounds[*pack as usize + 1]);
             for row in &self.rows[rows] {
                 let lanes = [&row.theta, &row.phi].into_iter().chain(&row.omega).chain(&row.speed);
                 state.joints.extend(lanes.map(|values| values.0[lane]));
@@ -66,7 +67,8 @@ impl Bed {
     /// # Errors
     /// What is wrong with it; then nothing has changed.
     pub fn load(&mut self, state: &State) -> Result<(), String> {
-        let own: Vec<u32> = self.plants.iter().map(|plant| self.kinds[plant.kind].skeleton.len() as u32).collect();
+        let own: Vec<u32> =
+            self.plants.iter().map(|plant| self.kinds[plant.kind].skeleton.len() as u32).collect();
         if state.segments != own {
             return Err(format!(
                 "is of {} plants with {} segments; here are {} with {}",
@@ -84,9 +86,12 @@ impl Bed {
             return Err("has a number that is not finite".to_owned());
         }
         for plant in state.plants.chunks_exact(OF_PLANT) {
-            let within = (0.0..=2.0).contains(&plant[0]) && (0.0..=1.0).contains(&plant[1]) && plant[2] >= 0.0;
+            let within =
+                (0.0..=2.0).contains(&plant[0]) && (0.0..=1.0).contains(&plant[1]) && plant[2] >= 0.0;
             if !within {
-                return Err("has a level of detail that is not from 0 to 2, or a share not from 0 to 1".to_owned());
+                return Err(
+                    "has a level of detail that is not from 0 to 2, or a share not from 0 to 1".to_owned()
+                );
             }
         }
         let mut joints = state.joints.chunks_exact(OF_JOINT);
@@ -94,7 +99,8 @@ impl Bed {
             let lane = *lane as usize;
             let rows = self.row_bounds[*pack as usize]..self.row_bounds[*pack as usize + 1];
             for (row, joint) in self.rows[rows].iter_mut().zip(&mut joints) {
-                let lanes = [&mut row.theta, &mut row.phi].into_iter().chain(&mut row.omega).chain(&mut row.speed);
+                let lanes =
+                    [&mut row.theta, &mut row.phi].into_iter().chain(&mut row.omega).chain(&mut row.speed);
                 lanes.zip(joint).for_each(|(values, value): (&mut Lane, &f32)| values.0[lane] = *value);
             }
             let pack = &mut self.packs[*pack as usize];

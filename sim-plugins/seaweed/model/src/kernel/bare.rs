@@ -34,7 +34,8 @@ impl Bare {
     /// Blades of so many segments.
     pub fn new(segments: usize) -> Self {
         let row = |i: usize| {
-            let spread = |factor: f32| Lane(core::array::from_fn(|lane| 0.1 * (factor * (i + lane) as f32).sin()));
+            let spread =
+                |factor: f32| Lane(core::array::from_fn(|lane| 0.1 * (factor * (i + lane) as f32).sin()));
             Row { theta: spread(0.7), phi: spread(1.3), ..Row::default() }
         };
         Self {

@@ -6,7 +6,8 @@ use reef_flow::simd::{clamp, splat};
 use super::{Needs, Node, Pass, Stand, pose::Frame};
 use crate::{
     lanes::{
-        Lane, Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub, sub_scaled,
+        Lane, Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub,
+        sub_scaled,
     },
     skeleton::Joint,
     water::{Felt, felt},
@@ -25,7 +26,7 @@ pub(crate) struct Capsule {
 /// Half of the height [m] over which a segment comes out of the water.
 pub(crate) const SKIN: f32 = 0.05;
 /// Where on a segment, as shares of its length, two points stand for it: ½ ∓ 1/(2√3).
-const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_13];
+const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
 
 /// What acts on all segments of a pack.
 pub(super) struct Acting<'a, S: Simd> {
@@ -60,7 +61,14 @@ impl<'a, S: Simd> Acting<'a, S> {
 
     /// Forces on a segment in that water.
     #[inline(always)]
-    pub(super) fn act(&self, simd: S, joint: &Joint, frame: &Frame<S>, felt: &Felt<f32x8<S>>, node: &mut Node) {
+    pub(super) fn act(
+        &self,
+        simd: S,
+        joint: &Joint,
+        frame: &Frame<S>,
+        felt: &Felt<f32x8<S>>,
+        node: &mut Node,
+    ) {
         let one = splat(simd, 1.0);
         let (y, origin) = (frame.y, frame.origin);
         let long = self.size * splat(simd, joint.length);
@@ -166,8 +174,7 @@ pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &St
         }
         felt.rise = taken(simd, how, sources.map(|node| &node.rise));
         let node = &mut nodes[number];
-        let frame =
-            Frame { x: [one; 3], y: load3(simd, &node.y), origin: load3(simd, &node.origin) };
+        let frame = Frame { x: [one; 3], y: load3(simd, &node.y), origin: load3(simd, &node.origin) };
         acting.act(simd, joint, &frame, &felt, node);
     }
 }
@@ -181,11 +188,7 @@ struct Shares<S: Simd> {
 
 /// One number of the water that a segment feels: its own, or that of another of its branch; between two levels some of both.
 #[inline(always)]
-fn taken<S: Simd>(
-    simd: S,
-    (needs, shares): (Needs, Shares<S>),
-    [own, middle, far]: [&Lane; 3],
-) -> f32x8<S> {
+fn taken<S: Simd>(simd: S, (needs, shares): (Needs, Shares<S>), [own, middle, far]: [&Lane; 3]) -> f32x8<S> {
     let far = load(simd, far);
     if needs.level == 2 {
         return far;

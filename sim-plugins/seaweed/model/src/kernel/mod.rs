@@ -146,7 +146,8 @@ impl Needs {
         for i in (0..WIDTH).filter(|i| dt.0[*i] > 0.0) {
             let (detail, lagged) = (stand.detail.0[i], stand.lagged.0[i]);
             let level = if detail < 1.0 { 0 } else { u8::from(detail >= 2.0) + 1 };
-            let known = needs.get_or_insert(Self { level, mixed: false, full: true, physical: false, lagged: false });
+            let known =
+                needs.get_or_insert(Self { level, mixed: false, full: true, physical: false, lagged: false });
             known.mixed |= detail != f32::from(level) || known.level != level;
             known.level = known.level.min(level);
             known.physical |= lagged < 1.0;

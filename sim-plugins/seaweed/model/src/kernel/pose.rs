@@ -22,12 +22,7 @@ pub(crate) struct Frame<S: Simd> {
 
 /// The base of a segment that stands on another: h up its Y, turned by θ about it and by φ about its own X.
 #[inline(always)]
-pub(crate) fn turned<S: Simd>(
-    below: Frame<S>,
-    height: f32x8<S>,
-    theta: f32x8<S>,
-    phi: f32x8<S>,
-) -> Frame<S> {
+pub(crate) fn turned<S: Simd>(below: Frame<S>, height: f32x8<S>, theta: f32x8<S>, phi: f32x8<S>) -> Frame<S> {
     let z = cross(below.x, below.y);
     let (sin_theta, cos_theta) = sin_cos(theta);
     let (sin_phi, cos_phi) = sin_cos(phi);
@@ -49,7 +44,13 @@ pub(crate) fn base<S: Simd>(simd: S, stand: &Stand) -> Frame<S> {
 
 /// The frame of a segment on top of its parent's.
 #[inline(always)]
-pub(crate) fn frame_of<S: Simd>(simd: S, below: Frame<S>, joint: &Joint, row: &Row, size: f32x8<S>) -> Frame<S> {
+pub(crate) fn frame_of<S: Simd>(
+    simd: S,
+    below: Frame<S>,
+    joint: &Joint,
+    row: &Row,
+    size: f32x8<S>,
+) -> Frame<S> {
     let height = size * f32x8::splat(simd, joint.height);
     turned(below, height, load(simd, &row.theta), load(simd, &row.phi))
 }
@@ -80,13 +81,7 @@ pub(super) fn pose<S: Simd>(simd: S, pass: &Pass<'_>, stand: &Stand, rows: &[Row
 /// The same, and what acts on each in its own water. (Not by a function that takes the rest of the loop: a closure does not
 /// always inherit the vector instructions of where it stands.)
 #[inline(always)]
-pub(super) fn with_loads<S: Simd>(
-    simd: S,
-    pass: &Pass<'_>,
-    stand: &Stand,
-    rows: &[Row],
-    nodes: &mut [Node],
-) {
+pub(super) fn with_loads<S: Simd>(simd: S, pass: &Pass<'_>, stand: &Stand, rows: &[Row], nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);
     let base = base(simd, stand);
     let size = load(simd, &stand.size);

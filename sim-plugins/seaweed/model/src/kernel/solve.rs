@@ -17,7 +17,9 @@ use reef_flow::simd::{mul_add, neg_mul_add, splat};
 
 use super::{Needs, Node, Pass, Row, Stand, pose};
 use crate::{
-    lanes::{Lane, Vector, add, add_scaled, cross, dot, load, load3, scale, smooth, store, store3, sub_scaled},
+    lanes::{
+        Lane, Vector, add, add_scaled, cross, dot, load, load3, scale, smooth, store, store3, sub_scaled,
+    },
     skeleton::{Above, GROUND},
 };
 
@@ -292,9 +294,7 @@ pub(super) fn take_out<S: Simd>(
             body.a[AT[i][k]] = neg_mul_add(ua[i], about[k], body.a[AT[i][k]]);
             body.c[AT[i][k]] = neg_mul_add(ub[i], along[k], body.c[AT[i][k]]);
         }
-        for k in 0..3 {
-            body.b[i][k] = neg_mul_add(ua[i], along[k], body.b[i][k]);
-        }
+        body.b[i] = sub_scaled(body.b[i], along, ua[i]);
     }
     body.torque = sub_scaled(body.torque, ua, free);
     body.force = sub_scaled(body.force, ub, free);

@@ -67,17 +67,7 @@ pub fn kind(skeleton: Skeleton) -> Kind {
 
 /// A plant of the first species, equal to all others, that stands free.
 pub fn plant(root: DVec3) -> Plant {
-    Plant {
-        kind: 0,
-        root,
-        up: DVec3::Y,
-        yaw: 0.0,
-        size: 1.0,
-        stiff: 1.0,
-        bend: 0.0,
-        seed: 0,
-        ground: None,
-    }
+    Plant { kind: 0, root, up: DVec3::Y, yaw: 0.0, size: 1.0, stiff: 1.0, bend: 0.0, seed: 0, ground: None }
 }
 
 /// Where most plants of tests stand: deep, and on no lattice point.
@@ -207,7 +197,8 @@ pub fn energy(bed: &Bed, plant: usize) -> f64 {
     let first: u32 = state.segments[..plant].iter().sum();
     let skeleton = &bed.kinds()[bed.plants()[plant].kind].skeleton;
     let of = |(i, segment): (usize, &Segment)| {
-        let j: Vec<f64> = state.joints[8 * (first as usize + i)..][..8].iter().map(|v| f64::from(*v)).collect();
+        let j: Vec<f64> =
+            state.joints[8 * (first as usize + i)..][..8].iter().map(|v| f64::from(*v)).collect();
         let spin = segment.mass * segment.length * segment.length / 12.0;
         let square = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let bent = [j[0] - segment.theta, j[1] - segment.phi];

@@ -155,7 +155,8 @@ fn wrong_states_are_refused_and_change_nothing() {
 
 #[test]
 fn a_joint_takes_at_most_160_bytes() {
-    let hundred = blade(100, 1.5, reef_seaweed_model::skeleton::Segment { length: 0.02, ..Default::default() });
+    let hundred =
+        blade(100, 1.5, reef_seaweed_model::skeleton::Segment { length: 0.02, ..Default::default() });
     let plants = (0..64).map(|i| plant(PLACE + DVec3::X * 0.1 * f64::from(i))).collect();
     let bed = Bed::new(vec![kind(skeleton(&hundred))], plants);
     let bytes = bed.bytes() as f64 / bed.joint_count() as f64;

@@ -20,7 +20,11 @@ fn settle(bed: &mut Bed, obstacles: &[Obstacle], water: DVec3, steps: usize, lev
 
 /// A plant that is too heavy to stand.
 fn heavy() -> Vec<Segment> {
-    blade(12, core::f64::consts::FRAC_PI_2, Segment { lift: -0.3, stiffness: 0.2, radius: 0.02, ..Segment::default() })
+    blade(
+        12,
+        core::f64::consts::FRAC_PI_2,
+        Segment { lift: -0.3, stiffness: 0.2, radius: 0.02, ..Segment::default() },
+    )
 }
 
 #[test]
@@ -71,7 +75,11 @@ fn a_rock_holds_what_the_current_presses_against_it() {
 
 #[test]
 fn something_that_passes_pushes_a_plant_aside_and_lets_it_go() {
-    let mut bed = alone(skeleton(&blade(10, core::f64::consts::FRAC_PI_2, Segment { radius: 0.02, ..Segment::default() })));
+    let mut bed = alone(skeleton(&blade(
+        10,
+        core::f64::consts::FRAC_PI_2,
+        Segment { radius: 0.02, ..Segment::default() },
+    )));
     let camera = camera(PLACE + DVec3::new(0.0, 0.5, 4.0), PLACE);
     let (mut farthest, levels): (f64, _) = (0.0, Levels::none());
     let before = tip(&mut bed, 0);
@@ -94,7 +102,16 @@ fn something_that_passes_pushes_a_plant_aside_and_lets_it_go() {
 #[test]
 fn bladders_lift_a_plant_to_the_surface_and_not_out_of_it() {
     // Longer than the water is deep, heavy but for its bladders.
-    let like = Segment { length: 1.0, stiffness: 0.5, lift: -0.1, mass: 0.5, carried: 0.5, drag: 4.0, weight: 3.0, ..Segment::default() };
+    let like = Segment {
+        length: 1.0,
+        stiffness: 0.5,
+        lift: -0.1,
+        mass: 0.5,
+        carried: 0.5,
+        drag: 4.0,
+        weight: 3.0,
+        ..Segment::default()
+    };
     let mut segments = blade(15, core::f64::consts::FRAC_PI_2, like);
     let top = |segments: &[Segment], waves: f64| {
         let mut bed = alone(skeleton(segments));

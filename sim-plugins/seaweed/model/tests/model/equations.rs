@@ -74,7 +74,8 @@ fn both_methods_have_the_same_static_equilibrium() {
             let mut reference = Reference::new(&skeleton);
             reference.angles = angles(&bed, 0);
             let torques = reference.torques(&|_| [water, DVec3::ZERO]);
-            for ((segment, angles), torque) in skeleton.segments().iter().zip(&reference.angles).zip(torques) {
+            for ((segment, angles), torque) in skeleton.segments().iter().zip(&reference.angles).zip(torques)
+            {
                 let bent = [angles[0] - segment.theta, angles[1] - segment.phi];
                 for (bent, torque) in bent.into_iter().zip(torque) {
                     assert!((bent - torque / segment.stiffness).abs() < 0.01, "{bent} {torque}");
@@ -100,7 +101,8 @@ fn without_forces_the_equilibrium_angles_stay_exactly() {
 #[test]
 fn one_segment_swings_and_decays_as_a_damped_spring() {
     let (k, v, m, l) = (1.5, 0.004, 0.2, 0.3);
-    let like = Segment { stiffness: k, damping: v, mass: m, length: l, drag: 0.0, lift: 0.0, ..Segment::default() };
+    let like =
+        Segment { stiffness: k, damping: v, mass: m, length: l, drag: 0.0, lift: 0.0, ..Segment::default() };
     let inertia = m * l * l / 3.0;
     let (decay, omega) = (0.5 * v / inertia, (k / inertia - (0.5 * v / inertia).powi(2)).sqrt());
     let mut bed = alone(skeleton(&[like]));
@@ -202,7 +204,15 @@ fn a_stiff_undamped_plant_at_long_steps_comes_to_the_same_rest() {
 #[test]
 fn a_stretched_branch_of_short_soft_segments_does_not_flutter() {
     // A string that a float pulls: tension times length is far above what the joints' own stiffness is.
-    let like = Segment { length: 0.05, stiffness: 0.002, damping: 0.0, mass: 0.004, drag: 0.05, lift: 0.0, ..Segment::default() };
+    let like = Segment {
+        length: 0.05,
+        stiffness: 0.002,
+        damping: 0.0,
+        mass: 0.004,
+        drag: 0.05,
+        lift: 0.0,
+        ..Segment::default()
+    };
     let mut segments = blade(20, core::f64::consts::FRAC_PI_2, like);
     segments[19].lift = 4.0;
     for method in [Method::Physical, Method::Procedural] {

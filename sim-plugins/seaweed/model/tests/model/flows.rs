@@ -31,8 +31,12 @@ fn a_plant_that_moves_is_one_source_by_its_acceleration() {
             assert!((f64::from(flow.strength) / expected - 1.0).abs() < 1e-3, "{} {expected}", flow.strength);
             // Its centre of gravity is among its nodes, its reach about its box.
             let nodes = nodes(&mut bed, plant);
-            let (low, high) = nodes.iter().fold((nodes[0], nodes[0]), |(low, high), p| (low.min(*p), high.max(*p)));
-            assert!(center.cmpge(low - 0.05).all() && center.cmple(high + 0.05).all(), "{center} {low} {high}");
+            let (low, high) =
+                nodes.iter().fold((nodes[0], nodes[0]), |(low, high), p| (low.min(*p), high.max(*p)));
+            assert!(
+                center.cmpge(low - 0.05).all() && center.cmple(high + 0.05).all(),
+                "{center} {low} {high}"
+            );
             let half = 0.5 * (high - low).length();
             assert!((f64::from(flow.reach) / half - 1.0).abs() < 0.1, "{} {half}", flow.reach);
             emitted += 1;
@@ -112,7 +116,9 @@ fn dense_beds_shelter_what_is_behind_them() {
 
 #[test]
 fn at_most_64_plants_disturb_the_water_the_strongest() {
-    let plants = (0..200).map(|i| plant(PLACE + DVec3::new(f64::from(i % 20) * 0.3, 0.0, f64::from(i / 20) * 0.3))).collect();
+    let plants = (0..200)
+        .map(|i| plant(PLACE + DVec3::new(f64::from(i % 20) * 0.3, 0.0, f64::from(i / 20) * 0.3)))
+        .collect();
     let mut bed = Bed::new(vec![kind(usual_blade())], plants);
     let camera = camera(PLACE + DVec3::new(3.0, 0.5, 9.0), PLACE + DVec3::X * 3.0);
     for step in 0..120 {
@@ -123,6 +129,7 @@ fn at_most_64_plants_disturb_the_water_the_strongest() {
         bed.flows().iter().filter(|flow| flow.kind == abi::FLOW_SOURCE).map(|flow| flow.strength).collect();
     assert_eq!(sources.len(), 64);
     let least = sources.iter().copied().fold(f32::MAX, f32::min);
-    let stronger = (0..200).filter(|i| 0.01 * bed.gravity(*i).unwrap()[2].length() > f64::from(least) * 1.001).count();
+    let stronger =
+        (0..200).filter(|i| 0.01 * bed.gravity(*i).unwrap()[2].length() > f64::from(least) * 1.001).count();
     assert!(stronger <= 64, "{stronger}");
 }

@@ -12,13 +12,18 @@ use crate::common::*;
 /// Five plants beside the way.
 fn row() -> Vec<Plant> {
     (0..5)
-        .map(|i| Plant { yaw: f64::from(i), size: 0.8 + 0.1 * f64::from(i), ..plant(PLACE + DVec3::X * (f64::from(i) - 2.0)) })
+        .map(|i| Plant {
+            yaw: f64::from(i),
+            size: 0.8 + 0.1 * f64::from(i),
+            ..plant(PLACE + DVec3::X * (f64::from(i) - 2.0))
+        })
         .collect()
 }
 
 /// The farthest that a node moves in a camera's picture between two steps [px].
 fn moved(before: &[DVec3], after: &[DVec3], camera: &Camera) -> f64 {
-    let pairs = before.iter().zip(after).filter_map(|(a, b)| Some((project(camera, *a)?, project(camera, *b)?)));
+    let pairs =
+        before.iter().zip(after).filter_map(|(a, b)| Some((project(camera, *a)?, project(camera, *b)?)));
     pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
 }
 
@@ -68,7 +73,11 @@ fn each_level_computes_its_joints_and_no_others() {
         let around = around(&flow, &[], &camera);
         let work = bed.step(&around, &Levels { blend: 0.0, ..Levels::default() });
         let rest = skeleton.segments().iter();
-        let turned = angles(&bed, 0).iter().zip(rest).filter(|(now, rest)| now[1] != f64::from(rest.phi as f32)).count();
+        let turned = angles(&bed, 0)
+            .iter()
+            .zip(rest)
+            .filter(|(now, rest)| now[1] != f64::from(rest.phi as f32))
+            .count();
         assert_eq!(work.joints, skeleton.computed(level) as u64);
         assert_eq!(work.evaluations, skeleton.evaluated(level) as u64);
         // Some torque acts on every joint of this bush.

@@ -30,7 +30,8 @@ fn a_blade_leans_where_the_current_goes() {
             assert!(off.to_degrees() < 15.0, "{method:?} {azimuth}: {} degrees off", off.to_degrees());
             sizes.push(size);
         }
-        let (least, most) = (sizes.iter().copied().fold(f64::MAX, f64::min), sizes.iter().copied().fold(0.0, f64::max));
+        let (least, most) =
+            (sizes.iter().copied().fold(f64::MAX, f64::min), sizes.iter().copied().fold(0.0, f64::max));
         assert!(least / most >= 0.6, "{method:?}: {least} to {most}");
         assert!(least > 0.1, "{least}");
     }

@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 use crate::species_table::{names, species_value};
 
 fn scene(seed: u64) -> SceneInfo {
-    let mut species: Map<String, Value> = names().into_iter().map(|name| (name.clone(), species_value(&name))).collect();
+    let mut species: Map<String, Value> =
+        names().into_iter().map(|name| (name.clone(), species_value(&name))).collect();
     species.insert("plain".into(), json!({"stem": {"segments": 4}}));
     species.insert("long".into(), json!({"stem": {"segments": 200}}));
     SceneInfo { seed, scale: 1.0, species, ..SceneInfo::default() }
@@ -51,7 +52,8 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
     assert_eq!(one.plants.len(), 320);
     assert_eq!(one.plants, bed(1).plants);
     let other = bed(2);
-    let same = one.plants.iter().zip(&other.plants).filter(|(a, b)| a.root == b.root || a.size == b.size).count();
+    let same =
+        one.plants.iter().zip(&other.plants).filter(|(a, b)| a.root == b.root || a.size == b.size).count();
     assert_eq!(same, 0);
     for plant in &one.plants {
         assert!(plant.root.x.abs() < 5.2 && plant.root.z.abs() < 4.2, "{}", plant.root);
@@ -100,7 +102,8 @@ fn no_two_neighbours_are_alike() {
     let parts = |t: Traits| [t.size, t.hue, t.phase, t.yaw, t.age, t.stiffness];
     for i in 0..size {
         for j in 0..size {
-            for (di, dj) in (-2..=2).flat_map(|di| (-2..=2).map(move |dj| (di, dj))).filter(|d| *d != (0, 0)) {
+            for (di, dj) in (-2..=2).flat_map(|di| (-2..=2).map(move |dj| (di, dj))).filter(|d| *d != (0, 0))
+            {
                 let pairs = parts(traits([i, j])).into_iter().zip(parts(traits([i + di, j + dj])));
                 for (which, (a, b)) in pairs.enumerate() {
                     let apart = (a - b).abs().min(1.0 - (a - b).abs());
@@ -165,7 +168,10 @@ fn wrong_species_are_refused_with_their_key() {
         Plan::new(&scene, &config).unwrap_err().to_string()
     };
     let text = with(json!({"stem": {"tissue": {"rigidity": -1.0}}}));
-    assert_eq!(text, "species.odd.stem.tissue.rigidity: must be at least 1e-7, is -1".replace("1e-7", "0.0000001"));
+    assert_eq!(
+        text,
+        "species.odd.stem.tissue.rigidity: must be at least 1e-7, is -1".replace("1e-7", "0.0000001")
+    );
     let text = with(json!({"stem": {"tissue": {"mass": -0.1}}}));
     assert_eq!(text, "species.odd.stem.tissue.mass: must be at least 0.00001, is -0.1");
     let text = with(json!({"stem": {"length": 0.0}}));
@@ -174,6 +180,13 @@ fn wrong_species_are_refused_with_their_key() {
     assert_eq!(text, "species.odd.stem.segments: must be at most 256, is 10000000");
     let text = with(json!({"stem": {"segments": 256, "count": 64}}));
     assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 4096 are allowed");
-    assert_eq!(with(json!({"look": {"tip": "green"}})), "species.odd.look.tip: must be a colour like \"#6B7A2A\", is \"green\"");
-    assert!(with(json!({"stalk": {}})).starts_with("species.odd.stalk: unknown field `stalk`"), "{}", with(json!({"stalk": {}})));
+    assert_eq!(
+        with(json!({"look": {"tip": "green"}})),
+        "species.odd.look.tip: must be a colour like \"#6B7A2A\", is \"green\""
+    );
+    assert!(
+        with(json!({"stalk": {}})).starts_with("species.odd.stalk: unknown field `stalk`"),
+        "{}",
+        with(json!({"stalk": {}}))
+    );
 }

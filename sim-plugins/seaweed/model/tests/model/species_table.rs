@@ -126,7 +126,8 @@ fn page() -> String {
     let names = names();
     let header: Vec<&str> = names.iter().map(String::as_str).collect();
     out.push_str("\n## Species\n\nOne column a species, all values with what the defaults fill in.\n\n");
-    writeln!(out, "| parameter | {} |\n|---|{}", header.join(" | "), "---|".repeat(names.len())).expect("a string");
+    writeln!(out, "| parameter | {} |\n|---|{}", header.join(" | "), "---|".repeat(names.len()))
+        .expect("a string");
     let all: Vec<Value> =
         names.iter().map(|name| serde_json::to_value(species(name)).expect("plain data")).collect();
     for p in parameters.iter().filter(|p| p.key != "title") {
