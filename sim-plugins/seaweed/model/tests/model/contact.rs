@@ -105,7 +105,7 @@ fn bladders_lift_a_plant_to_the_surface_and_not_out_of_it() {
     let like = Segment {
         length: 1.0,
         stiffness: 0.5,
-        lift: -0.1,
+        lift: -1.0,
         mass: 0.5,
         carried: 0.5,
         drag: 4.0,

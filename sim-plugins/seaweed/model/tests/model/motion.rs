@@ -130,6 +130,51 @@ fn the_tip_comes_behind_the_base_in_waves() {
         }
     }
     let behind = (tip[1].atan2(tip[0]) - base[1].atan2(base[0])).to_degrees();
-    println!("{behind}");
     assert!((1.0..120.0).contains(&behind), "{behind}");
+}
+
+/// A stiff segment without drag in a swell: k φ = (water that is carried along) · (its acceleration) · L/2, in phase with it.
+#[test]
+fn the_orbits_second_derivative_pushes_by_the_water_carried_along() {
+    let (k, carried, length) = (5.0, 0.8, 0.4);
+    let like = reef_seaweed_model::skeleton::Segment {
+        stiffness: k,
+        carried,
+        length,
+        drag: 0.0,
+        lift: 0.0,
+        mass: 0.01,
+        // Bends about Z, in the swell's plane.
+        theta: core::f64::consts::FRAC_PI_2,
+        ..Default::default()
+    };
+    for method in [Method::Physical, Method::Procedural] {
+        let mut bed = alone(skeleton(&[like]));
+        bed_without_lag(&mut bed);
+        let camera = camera(PLACE + DVec3::new(0.0, 0.5, 4.0), PLACE);
+        let levels = Levels { method, contact: 0.0, blend: 0.0, ..Levels::none() };
+        let (mut found, mut expected) = ([0.0; 2], 0.0);
+        for step in 0..1200 {
+            let time = f64::from(step) * DT;
+            let wave = swell(0.4, 5.0, time);
+            bed.step(&around(&[], &[wave], &camera), &levels);
+            let omega = f64::from(wave.frequency);
+            let (kh, ky) = (f64::from(wave.wave_number) * DEPTH, f64::from(wave.wave_number) * (DEPTH - 9.8));
+            expected = 0.4 * omega * omega * ky.cosh() / kh.sinh() * carried * 0.5 * length / k;
+            let x = tip(&mut bed, 0).x / length;
+            for (part, wave) in [(omega * time).cos(), (omega * time).sin()].into_iter().enumerate() {
+                if step >= 600 {
+                    found[part] += 2.0 / 600.0 * wave * x;
+                }
+            }
+        }
+        let amplitude = found[0].hypot(found[1]);
+        assert!((amplitude / expected - 1.0).abs() < 0.05, "{method:?}: {amplitude}, expected {expected}");
+    }
+}
+
+/// A copy whose procedural method has no lag.
+fn bed_without_lag(bed: &mut reef_seaweed_model::bed::Bed) {
+    let kinds = bed.kinds().iter().map(|kind| reef_seaweed_model::bed::Kind { lag: 0.0, ..kind.clone() });
+    *bed = reef_seaweed_model::bed::Bed::new(kinds.collect(), bed.plants().to_vec());
 }
