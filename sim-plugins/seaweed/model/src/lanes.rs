@@ -100,5 +100,6 @@ pub(crate) fn smooth<S: Simd>(simd: S, u: f32x8<S>) -> f32x8<S> {
 #[inline(always)]
 pub(crate) fn mix<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>, share: f32x8<S>) -> f32x8<S> {
     let between = mul_add(share, b - a, a);
-    share.simd_ge(f32x8::splat(simd, 1.0)).select(b, between)
+    let up_to_b = share.simd_ge(f32x8::splat(simd, 1.0)).select(b, between);
+    share.simd_le(f32x8::splat(simd, 0.0)).select(a, up_to_b)
 }

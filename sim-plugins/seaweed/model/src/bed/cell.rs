@@ -35,6 +35,8 @@ pub(super) struct Cell {
     pub(super) currents: Packed,
     pub(super) trains: Trains,
     pub(super) capsules: Vec<Capsule>,
+    /// Most trains that there have been.
+    most_trains: usize,
     /// Whether something in here may be in view.
     pub(super) visible: bool,
 }
@@ -49,6 +51,7 @@ impl Cell {
             currents: Packed::new(),
             trains: Trains::new(),
             capsules: Vec::new(),
+            most_trains: 0,
             visible: true,
         }
     }
@@ -77,9 +80,13 @@ impl Cell {
     pub(super) fn fill(&mut self, field: &Field, around: &Surroundings<'_>, levels: &Levels, view: &View) {
         let middle = DVec3::from(self.bounds.center);
         self.visible = !levels.visible || view.sees(middle, self.bounds.radius);
-        if !self.visible {
+        // What is not in view yet must not need memory when it is.
+        self.currents.make_room(field);
+        self.capsules.reserve(around.obstacles.len().saturating_sub(self.capsules.len()));
+        if !self.visible && self.most_trains >= around.waves.len() {
             return;
         }
+        self.most_trains = self.most_trains.max(around.waves.len());
         let anchor = self.anchor.to_array();
         self.currents.fill_near(field, self.bounds, anchor, 0);
         let waves = if levels.waves > 0.0 { around.waves } else { &[] };

@@ -174,6 +174,8 @@ impl Bed {
         let groups: Vec<Vec<u32>> =
             order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
         bed.patches = flows::patches(&bed.kinds, &bed.plants);
+        bed.strongest.reserve(bed.plants.len());
+        bed.flows.reserve(flows::MOST_SOURCES + bed.patches.len());
         for plants in groups {
             for eight in plants.chunks(crate::lanes::WIDTH) {
                 bed.add_pack(eight);

@@ -45,7 +45,7 @@ impl Scratch {
     /// Makes room for the longest plant and all trains, so that no step needs memory later.
     pub(super) fn fit(&mut self, segments: usize, waves: &[Wave], depth: f64) {
         self.room.fit(segments);
-        if self.trains.is_empty() {
+        if self.trains.len() < waves.len() {
             self.trains.fill(waves, depth, [0.0; 3]);
         }
     }

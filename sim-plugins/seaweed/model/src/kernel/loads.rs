@@ -79,8 +79,10 @@ impl<'a, S: Simd> Acting<'a, S> {
             (self.size2 * splat(simd, joint.drag), self.size3 * splat(simd, joint.carried));
         let mut up = buoyant - weight;
         let mut touch = self.touch(simd, joint, end, node);
+        // Deep down each of the following is exact: what a neighbour needs changes nothing.
         if self.pass.deep {
             store(&mut node.surface, splat(simd, 0.0));
+            touch[1] += splat(simd, 0.0);
         } else {
             // What is above the surface has no water to drag it or to bear it. Seen at two points (Gauss's), so that a segment
             // that floats lies down.
