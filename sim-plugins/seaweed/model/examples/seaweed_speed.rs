@@ -1,6 +1,7 @@
-//! Where the time of a step goes on one core: `cargo run -p reef-seaweed-model --example seaweed_speed [PLANTS [LEVEL]]`, blades of the
-//! model's defaults on the paper's 40 × 10 m, in a current and in a wind sea, with and without levels of detail, beside the
-//! bare kernel. LEVEL: the least `REEF_SIMD_*` that is measured. With `large`: 10 000 plants of 100 segments.
+//! Where the time of a step goes on one core: `cargo run -p reef-seaweed-model --example seaweed_speed
+//! [PLANTS [LEVEL]]`, blades of the model's defaults on the paper's 40 × 10 m, in a current and in a wind
+//! sea, with and without levels of detail, beside the bare kernel. LEVEL: the least `REEF_SIMD_*` that is
+//! measured. With `large`: 10 000 plants of 100 segments.
 
 use std::time::Instant;
 

@@ -1,4 +1,5 @@
-//! The levels of detail's switches and borders (§4.4), and how a plant goes over from one level, or one method, to another.
+//! The levels of detail's switches and borders (§4.4), and how a plant goes over from one level, or one
+//! method, to another.
 
 use reef_flow::waves::{Lens, Rule, Selection};
 use reef_sdk::abi::{Camera, Wave};

@@ -1,9 +1,10 @@
-//! The equations once more, one plant, f64, with a matrix for the whole system: to be read beside the paper, and what the wide
-//! kernels are measured against.
+//! The equations once more, one plant, f64, with a matrix for the whole system: to be read beside the paper,
+//! and what the wide kernels are measured against.
 //!
 //! For the angles' rates q̇ the balance of eqs. (8) and (9), taken at the step's end, is a linear system
-//! (JᵀM J + dt V + dt² (K + T)) q̇ = Jᵀ(M u + dt F) − dt K Δq, where J turns q̇ into the velocities (ω, v) of all segments' centres,
-//! M holds their masses and the drag times dt, u their velocities in the last step, and T what stretched segments pull back with.
+//! (JᵀM J + dt V + dt² (K + T)) q̇ = Jᵀ(M u + dt F) − dt K Δq, where J turns q̇ into the velocities (ω, v) of
+//! all segments' centres, M holds their masses and the drag times dt, u their velocities in the last step,
+//! and T what stretched segments pull back with.
 
 use glam::{DMat3, DVec3};
 
@@ -77,7 +78,8 @@ impl Reference {
         self.segments.iter().enumerate().map(of).collect()
     }
 
-    /// The torque of eq. (5) at each segment's base, of all its sub-branch, projected on its two axes as in eq. (6).
+    /// The torque of eq. (5) at each segment's base, of all its sub-branch, projected on its two axes as in
+    /// eq. (6).
     pub fn torques(&self, water: Water<'_>) -> Vec<[f64; 2]> {
         let all = self.stand();
         let forces = self.forces(&all, water);

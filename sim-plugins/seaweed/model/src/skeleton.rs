@@ -1,7 +1,8 @@
 //! What a plant is made of (§4.2): a tree of segments, each turned against its parent by two angles.
 //!
-//! Segment i begins h_i up its parent's Y axis. Its base is the parent's, turned by θ_i about the parent's Y and then by φ_i
-//! about its own X. All numbers are those of a plant of size 1; individuals scale them (see [`crate::pack`]).
+//! Segment i begins h_i up its parent's Y axis. Its base is the parent's, turned by θ_i about the parent's Y
+//! and then by φ_i about its own X. All numbers are those of a plant of size 1; individuals scale them (see
+//! [`crate::pack`]).
 
 use core::fmt;
 
@@ -143,8 +144,9 @@ impl Skeleton {
     /// Checks segments, in any order, and sorts them so that parents come first; otherwise the order stays.
     ///
     /// # Errors
-    /// The first segment with a parent that is not there or that stands on itself, with a length, mass or stiffness that is
-    /// not above 0, with another number that is negative where it must not be or not finite; too many segments, or none.
+    /// The first segment with a parent that is not there or that stands on itself, with a length, mass or
+    /// stiffness that is not above 0, with another number that is negative where it must not be or not
+    /// finite; too many segments, or none.
     pub fn new(segments: &[Segment]) -> Result<Self, SkeletonError> {
         let whole = |problem: String| SkeletonError { segment: None, key: "segments", problem };
         if segments.is_empty() {
@@ -329,10 +331,10 @@ struct Detail {
     far: usize,
 }
 
-/// The levels of detail of each segment (§4.4.1). Computed are: the first of a branch at all levels, the rest of the
-/// branch's lower half (⌈n/2⌉ in all) near and in the middle, its upper half near alone. What is not computed by itself
-/// feels the water of the middle of its half, and far of the branch's middle. A branch goes on with the first segment at
-/// its end.
+/// The levels of detail of each segment (§4.4.1). Computed are: the first of a branch at all levels, the rest
+/// of the branch's lower half (⌈n/2⌉ in all) near and in the middle, its upper half near alone. What is not
+/// computed by itself feels the water of the middle of its half, and far of the branch's middle. A branch
+/// goes on with the first segment at its end.
 fn levels(segments: &[Segment]) -> Vec<Detail> {
     let mut next = vec![None; segments.len()];
     let mut goes_on = vec![false; segments.len()];

@@ -1,11 +1,13 @@
-//! From a configuration to plants: what is checked before the sea bed is known ([`Plan::new`]), and where everything
-//! stands on it ([`Plan::grow`]).
+//! From a configuration to plants: what is checked before the sea bed is known ([`Plan::new`]), and where
+//! everything stands on it ([`Plan::grow`]).
 //!
-//! A bed is a lattice of places, one for each plant that its density allows, each moved a little by chance; a place that is too
-//! steep, too deep, or not on what the plants stand on stays empty. What is there depends on the seed and the place alone.
+//! A bed is a lattice of places, one for each plant that its density allows, each moved a little by chance; a
+//! place that is too steep, too deep, or not on what the plants stand on stays empty. What is there depends
+//! on the seed and the place alone.
 //!
-//! No two neighbours are alike: size, hue, phase, yaw, age and stiffness come from a rank-1 lattice each, in which places up to
-//! two apart along both axes differ by a tenth of the whole range or more, less a little chance.
+//! No two neighbours are alike: size, hue, phase, yaw, age and stiffness come from a rank-1 lattice each, in
+//! which places up to two apart along both axes differ by a tenth of the whole range or more, less a little
+//! chance.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +39,8 @@ pub struct Traits {
     pub stiffness: f64,
 }
 
-/// Two numbers a trait. Up to twice the one plus up to twice the other, of either sign, is 0.11 or more off any whole number.
+/// Two numbers a trait. Up to twice the one plus up to twice the other, of either sign, is 0.11 or more off
+/// any whole number.
 const RANKS: [[f64; 2]; 6] =
     [[0.89, 0.665], [0.67, 0.11], [0.665, 0.445], [0.445, 0.335], [0.11, 0.67], [0.555, 0.335]];
 /// Chance on top of the lattice, ±.
@@ -102,7 +105,8 @@ impl Plan {
     /// Reads the species, and counts.
     ///
     /// # Errors
-    /// A number out of its range, a species that is unknown or wrong, too many plants or segments: with the place.
+    /// A number out of its range, a species that is unknown or wrong, too many plants or segments: with the
+    /// place.
     pub fn new(scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
         ranges::check(config)?;
         let mut sorts: BTreeMap<String, Sort> = BTreeMap::new();
@@ -341,7 +345,8 @@ fn read<'a>(
     sorts: &'a mut BTreeMap<String, Sort>,
 ) -> Result<&'a Sort, ConfigError> {
     if !sorts.contains_key(name) {
-        // Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
+        // Errors inside of a species keep their own path; an unknown name is a fault of the key that names
+        // it.
         let species: Species = scene.species(name).map_err(|error| {
             if error.path.is_empty() { ConfigError::new(path, error.message) } else { error }
         })?;

@@ -1,13 +1,13 @@
 //! The table of parameters that makes a species of seaweed.
 //!
-//! The doc comments and ranges here are the reference: the JSON Schema, the checks of scenes, and assets/species/SEAWEEDS.md
-//! are made from them.
+//! The doc comments and ranges here are the reference: the JSON Schema, the checks of scenes, and
+//! assets/species/SEAWEEDS.md are made from them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One species of seaweed. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene; `base = "OTHER"` takes
-/// over what the table does not set itself.
+/// One species of seaweed. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene; `base
+/// = "OTHER"` takes over what the table does not set itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Species {
@@ -96,7 +96,8 @@ pub struct Stem {
     /// Bend at rest from base to tip, outward.
     #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
     pub curve: f64,
-    /// Turn of each segment against the one below: a joint bends about one axis freely, so 90 lets two of them bend any way.
+    /// Turn of each segment against the one below: a joint bends about one axis freely, so 90 lets two of
+    /// them bend any way.
     #[schemars(range(min = -180.0, max = 180.0), extend("x-unit" = "deg"))]
     pub twist: f64,
     /// What a metre of it is.
@@ -205,7 +206,8 @@ pub struct Motion {
     /// τ: lag of the procedural method, by which far plants move.
     #[schemars(range(min = 0.0, max = 60.0), extend("x-unit" = "s"))]
     pub lag: f64,
-    /// How much its acceleration pushes the water around it: Φ of its source over |a|. 0: it disturbs nothing.
+    /// How much its acceleration pushes the water around it: Φ of its source over |a|. 0: it disturbs
+    /// nothing.
     #[schemars(range(min = 0.0, max = 100.0), extend("x-unit" = "m²·s"))]
     pub disturbance: f64,
 }

@@ -14,8 +14,8 @@ pub struct View {
 }
 
 impl View {
-    /// The frustum of a camera with its nominal viewport, wider by a share `margin` to all sides: windows of another shape
-    /// see more than the viewport.
+    /// The frustum of a camera with its nominal viewport, wider by a share `margin` to all sides: windows of
+    /// another shape see more than the viewport.
     pub fn new(camera: &Camera, margin: f64) -> Self {
         let [width, height] = [camera.width, camera.height].map(|size| f64::from(size.max(1)));
         let (cosine, sine) = cos_sin_f64(0.5 * f64::from(camera.fov_y));

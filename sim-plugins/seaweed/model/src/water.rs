@@ -1,5 +1,6 @@
-//! The water that a plant feels: currents and the trains' orbits (§4.3.1). All that this model takes from the sea goes
-//! through [`felt`], so that a change of how orbits are evaluated for plants is a change of this file alone.
+//! The water that a plant feels: currents and the trains' orbits (§4.3.1). All that this model takes from the
+//! sea goes through [`felt`], so that a change of how orbits are evaluated for plants is a change of this
+//! file alone.
 
 use fearless_simd::{Simd, f32x8};
 use reef_flow::{
@@ -33,7 +34,8 @@ pub struct Felt<V> {
     pub rise: V,
 }
 
-/// Greatest velocity [m/s] and acceleration [m/s²] along an axis that a plant feels: no sum of primitives makes it infinite.
+/// Greatest velocity [m/s] and acceleration [m/s²] along an axis that a plant feels: no sum of primitives
+/// makes it infinite.
 const FASTEST: f32 = 100.0;
 
 /// The water at eight points [m, relative to the anchor].

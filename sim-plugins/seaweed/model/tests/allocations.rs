@@ -64,7 +64,8 @@ fn a_step_allocates_nothing_once_warm() {
         let time = f64::from(step) * DT;
         waves.clear();
         waves.extend(trains.iter().map(|train| train.at(time)));
-        // A camera that turns, farther than while warming up: plants come into view, and go out of it, all the time.
+        // A camera that turns, farther than while warming up: plants come into view, and go out of it, all
+        // the time.
         let eye = DVec3::new(10.0, -9.0, 15.0);
         let angle = if step < 200 { 0.5 * (2.0 * time).sin() } else { 2.0 * time };
         let camera = camera(eye, eye + DVec3::new(angle.sin(), -0.1, angle.cos()));

@@ -68,7 +68,8 @@ fn one_worker_or_four_give_the_same_bytes() {
     let mut host: abi::Host = unsafe { std::mem::zeroed() };
     host.worker_count = WORKERS;
     host.parallel_for = Some(parallel_for);
-    // SAFETY: `parallel_for` above keeps the contract: every index once, and concurrent jobs by different workers.
+    // SAFETY: `parallel_for` above keeps the contract: every index once, and concurrent jobs by different
+    // workers.
     let many = unsafe { Workers::of_host(&host) };
     assert_eq!(many.count(), 4);
     let one = run(Workers::inline());

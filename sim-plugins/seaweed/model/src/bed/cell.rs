@@ -1,4 +1,5 @@
-//! Cells of a lattice over the world: what stands in one feels the same currents and trains, relative to the same anchor.
+//! Cells of a lattice over the world: what stands in one feels the same currents and trains, relative to the
+//! same anchor.
 
 use glam::{DVec3, Vec3};
 use reef_flow::{Field, Packed, Sphere, waves::Trains};

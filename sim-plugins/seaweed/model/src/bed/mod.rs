@@ -1,10 +1,11 @@
 //! All plants of a module, stepped together.
 //!
-//! Plants of one species that stand near one another are packs of eight. Where they stand is told by a lattice over the world:
-//! who is in the same cell feels currents and trains relative to the same anchor. So what a plant does depends on its own
-//! place alone, not on who came first in its pack.
+//! Plants of one species that stand near one another are packs of eight. Where they stand is told by a
+//! lattice over the world: who is in the same cell feels currents and trains relative to the same anchor. So
+//! what a plant does depends on its own place alone, not on who came first in its pack.
 //!
-//! A step goes in two waves: the water of each cell, then each pack. Both are shared among workers in fixed pieces.
+//! A step goes in two waves: the water of each cell, then each pack. Both are shared among workers in fixed
+//! pieces.
 
 mod cell;
 mod flows;
@@ -129,8 +130,8 @@ pub fn id_of(plant: usize) -> u64 {
     plant as u64 + 1
 }
 
-/// Steps in which plants make up for time, and how long before the present each begins [s]: long ones first, since what was long
-/// ago has nearly been forgotten.
+/// Steps in which plants make up for time, and how long before the present each begins [s]: long ones first,
+/// since what was long ago has nearly been forgotten.
 const CATCH_UP: [f64; 10] = [4.0, 3.0, 2.2, 1.6, 1.15, 0.8, 0.55, 0.35, 0.2, 0.1];
 
 /// How long before the present a step of making up for time ends [s].
@@ -268,7 +269,8 @@ impl Bed {
     fn prepare(&mut self, around: &Surroundings<'_>, levels: &Levels) {
         let ours = 1..=self.plants.len() as u64;
         self.flow.clear();
-        // A plant does not feel its own source; nor do the plants feel one another's, hundreds of which overlap in a bed.
+        // A plant does not feel its own source; nor do the plants feel one another's, hundreds of which
+        // overlap in a bed.
         let felt = |flow: &&Flow| flow.kind != abi::FLOW_SOURCE || !ours.contains(&flow.owner);
         self.flow.extend(around.flow.iter().filter(felt));
         self.field.refill(&self.flow);
@@ -291,12 +293,14 @@ impl Bed {
         }
     }
 
-    /// What the plants emitted in the last step: a source of each that disturbs the water, and shelters of dense squares.
+    /// What the plants emitted in the last step: a source of each that disturbs the water, and shelters of
+    /// dense squares.
     pub fn flows(&self) -> &[Flow] {
         &self.flows
     }
 
-    /// Level of detail of a plant (0 near, 1 middle, 2 far, or on the way), and the procedural method's share.
+    /// Level of detail of a plant (0 near, 1 middle, 2 far, or on the way), and the procedural method's
+    /// share.
     pub fn detail(&self, plant: usize) -> Option<[f32; 2]> {
         let [pack, lane] = *self.places.get(plant)?;
         Some(self.packs.get(pack as usize)?.detail(lane as usize))
@@ -308,7 +312,8 @@ impl Bed {
         self.packs.get(pack as usize).is_some_and(|pack| pack.jumped(lane as usize))
     }
 
-    /// Centre of gravity [m, world] of a plant, its velocity [m/s] and its acceleration [m/s²] in its last step.
+    /// Centre of gravity [m, world] of a plant, its velocity [m/s] and its acceleration [m/s²] in its last
+    /// step.
     pub fn gravity(&self, plant: usize) -> Option<[DVec3; 3]> {
         let [pack, lane] = *self.places.get(plant)?;
         let pack = self.packs.get(pack as usize)?;

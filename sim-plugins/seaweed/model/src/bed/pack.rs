@@ -24,12 +24,12 @@ pub(super) struct Pack {
     cell: u32,
     pub(super) numbers: [u32; WIDTH],
     pub(super) stand: Stand,
-    /// Steps that each was not stepped since it was last, and how long they were [s].
+    /// How long each has not been stepped [s].
     pub(super) paused: [f32; WIDTH],
     /// Bit by bit: who was stepped in the last step, and who made up for others in it.
     stepped: u8,
     jumped: u8,
-    /// Half the height of each plant's box at rest, its centre's height over the root [m]: what view and distance go by.
+    /// No part of each comes farther from its root than this [m].
     reach: [f32; WIDTH],
     work: Work,
 }
@@ -192,8 +192,8 @@ impl Pack {
         self.work.plants += 1;
     }
 
-    /// Lets those that come into view make up for the steps since they left it: the last few seconds of them, in a few long
-    /// ones, in the waves of these times.
+    /// Lets those that come into view make up for the steps since they left it: the last few seconds of them,
+    /// in a few long ones, in the waves of these times.
     fn catch_up(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch, steps: &[f32; WIDTH]) {
         let anchor = sea.cell.anchor().to_array();
         for (i, waves) in sea.before.iter().enumerate() {

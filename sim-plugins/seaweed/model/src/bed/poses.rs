@@ -67,8 +67,8 @@ impl Bed {
         });
     }
 
-    /// The nodes of a plant for recordings [m, world], from what [`Bed::write_poses`] wrote: the root's base, then each
-    /// segment's end.
+    /// The nodes of a plant for recordings [m, world], from what [`Bed::write_poses`] wrote: the root's base,
+    /// then each segment's end.
     pub fn nodes<'a>(&'a self, plant: usize, all: &'a [JointPose]) -> impl Iterator<Item = DVec3> + 'a {
         let (root, kind) = (self.plants[plant].root, &self.kinds[self.plants[plant].kind]);
         let size = self.plants[plant].size;

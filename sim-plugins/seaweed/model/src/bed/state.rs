@@ -12,8 +12,8 @@ pub struct State {
     pub segments: Vec<u32>,
     /// θ, φ, angular velocity and velocity of each segment: eight numbers [rad, rad/s, m/s].
     pub joints: Vec<f32>,
-    /// Level of detail, share of the procedural method, how long it was not stepped [s], and the velocity of the centre of
-    /// gravity [m/s]: six numbers a plant.
+    /// Level of detail, share of the procedural method, how long it was not stepped [s], and the velocity of
+    /// the centre of gravity [m/s]: six numbers a plant.
     pub plants: Vec<f32>,
 }
 

@@ -1,6 +1,6 @@
-//! The least that the physical method can cost: the same system for blades without branches, in water that is the same
-//! everywhere, over hot data, and nothing else — no waves, surface, contacts, levels of detail or boxes. What
-//! everything else is measured against.
+//! The least that the physical method can cost: the same system for blades without branches, in water that is
+//! the same everywhere, over hot data, and nothing else — no waves, surface, contacts, levels of detail or
+//! boxes. What everything else is measured against.
 
 use fearless_simd::{Simd, prelude::*};
 use reef_flow::{

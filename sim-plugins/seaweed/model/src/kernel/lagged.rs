@@ -1,13 +1,14 @@
-//! The procedural method (§4.3.2): the torque of the whole sub-branch at a segment's base, eq. (5), projected on its two axes,
-//! over the stiffness, eq. (6), followed with a lag τ.
+//! The procedural method (§4.3.2): the torque of the whole sub-branch at a segment's base, eq. (5), projected
+//! on its two axes, over the stiffness, eq. (6), followed with a lag τ.
 //!
-//! Eq. (6) prints 1/m where by its place a stiffness stands: with k both methods have the same static equilibrium. The forces
-//! act at the centres and (contact) ends of the segments, so these are their levers.
+//! Eq. (6) prints 1/m where by its place a stiffness stands: with k both methods have the same static
+//! equilibrium. The forces act at the centres and (contact) ends of the segments, so these are their levers.
 //!
-//! A step goes the share s = 1 − exp(−dt/τ) of the way to the angles of eq. (6), unless that would go too far: each joint turns all that
-//! stand on it, and a long branch that is stretched would swing ever wider. With a bound R of how much the torques of all
-//! joints change when this one turns (Gershgorin's, for the energy of springs and loads), s/k becomes min(s/k, 1/(k + R)): then
-//! no step adds energy, whatever k, the loads and dt are.
+//! A step goes the share s = 1 − exp(−dt/τ) of the way to the angles of eq. (6), unless that would go too
+//! far: each joint turns all that stand on it, and a long branch that is stretched would swing ever wider.
+//! With a bound R of how much the torques of all joints change when this one turns (Gershgorin's, for the
+//! energy of springs and loads), s/k becomes min(s/k, 1/(k + R)): then no step adds energy, whatever k, the
+//! loads and dt are.
 
 use fearless_simd::{Simd, prelude::*};
 use reef_flow::{

@@ -1,4 +1,5 @@
-//! What acts on the segments (§4.3.1): drag and inertia of the water at their centres, buoyancy, and what they touch.
+//! What acts on the segments (§4.3.1): drag and inertia of the water at their centres, buoyancy, and what
+//! they touch.
 
 use fearless_simd::{Select, Simd, f32x8, prelude::*};
 use reef_flow::simd::{clamp, splat};
@@ -84,8 +85,8 @@ impl<'a, S: Simd> Acting<'a, S> {
             store(&mut node.surface, splat(simd, 0.0));
             touch[1] += splat(simd, 0.0);
         } else {
-            // What is above the surface has no water to drag it or to bear it. Seen at two points (Gauss's), so that a segment
-            // that floats lies down.
+            // What is above the surface has no water to drag it or to bear it. Seen at two points (Gauss's),
+            // so that a segment that floats lies down.
             let under = felt.rise - origin[1] - splat(simd, self.pass.level);
             let rises = y[1] * long;
             let lower = wet(simd, under - rises * splat(simd, GAUSS[0]));
@@ -151,7 +152,8 @@ fn from_axis<S: Simd>(simd: S, capsule: &Capsule, place: Vector<S>) -> (Vector<S
     (off, length(off))
 }
 
-/// The water and the forces of all segments where a level, or one between two, takes the water of some for others.
+/// The water and the forces of all segments where a level, or one between two, takes the water of some for
+/// others.
 #[inline(always)]
 pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand, nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);
@@ -188,7 +190,8 @@ struct Shares<S: Simd> {
     far: f32x8<S>,
 }
 
-/// One number of the water that a segment feels: its own, or that of another of its branch; between two levels some of both.
+/// One number of the water that a segment feels: its own, or that of another of its branch; between two
+/// levels some of both.
 #[inline(always)]
 fn taken<S: Simd>(simd: S, (needs, shares): (Needs, Shares<S>), [own, middle, far]: [&Lane; 3]) -> f32x8<S> {
     let far = load(simd, far);

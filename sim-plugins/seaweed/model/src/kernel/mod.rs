@@ -1,9 +1,9 @@
-//! One step of eight plants of one species, lanes over the plants: the poses ([`pose`]), what acts on them ([`loads`]), how
-//! fast the joints turn by the physical method ([`solve`]) or the procedural one ([`lagged`]), and the new angles
-//! ([`advance`]).
+//! One step of eight plants of one species, lanes over the plants: the poses ([`pose`]), what acts on them
+//! ([`loads`]), how fast the joints turn by the physical method ([`solve`]) or the procedural one
+//! ([`lagged`]), and the new angles ([`advance`]).
 //!
-//! A lane's result depends on its own plant alone, bit for bit: what its level of detail leaves out is masked where a
-//! neighbour's needs it.
+//! A lane's result depends on its own plant alone, bit for bit: what its level of detail leaves out is masked
+//! where a neighbour's needs it.
 
 mod advance;
 pub mod bare;
@@ -57,7 +57,8 @@ pub(crate) struct Stand {
     pub(crate) detail: Lane,
     /// Share of the procedural method.
     pub(crate) lagged: Lane,
-    /// Centre of gravity relative to the anchor [m], its velocity [m/s] and its acceleration [m/s²] in the last step.
+    /// Centre of gravity relative to the anchor [m], its velocity [m/s] and its acceleration [m/s²] in the
+    /// last step.
     pub(crate) gravity: [Lane; 3],
     pub(crate) drift: [Lane; 3],
     pub(crate) push: [Lane; 3],
@@ -106,7 +107,8 @@ struct Node {
     x: [Lane; 3],
     y: [Lane; 3],
     origin: [Lane; 3],
-    /// The water at its centre, where it is evaluated; on the way out: angular velocity and that of its origin.
+    /// The water at its centre, where it is evaluated; on the way out: angular velocity and that of its
+    /// origin.
     velocity: [Lane; 3],
     acceleration: [Lane; 3],
     rise: Lane,
@@ -118,7 +120,8 @@ struct Node {
     touching: Lane,
     /// How much the surface holds it against being lifted [N/m].
     surface: Lane,
-    /// What stands on it, where that is more than the next segment, and how its two axes answer (see [`solve`]).
+    /// What stands on it, where that is more than the next segment, and how its two axes answer (see
+    /// [`solve`]).
     art: solve::Art,
     answers: [solve::Answer; 2],
     /// Torque of the sub-branch (see [`lagged`]).

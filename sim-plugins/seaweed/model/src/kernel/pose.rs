@@ -78,8 +78,8 @@ pub(super) fn pose<S: Simd>(simd: S, pass: &Pass<'_>, stand: &Stand, rows: &[Row
     }
 }
 
-/// The same, and what acts on each in its own water. (Not by a function that takes the rest of the loop: a closure does not
-/// always inherit the vector instructions of where it stands.)
+/// The same, and what acts on each in its own water. (Not by a function that takes the rest of the loop: a
+/// closure does not always inherit the vector instructions of where it stands.)
 #[inline(always)]
 pub(super) fn with_loads<S: Simd>(simd: S, pass: &Pass<'_>, stand: &Stand, rows: &[Row], nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);

@@ -1,16 +1,18 @@
 //! The physical method (§4.3.3), linearly implicit, for the whole tree at once.
 //!
-//! Eq. (8) balances the torques of each segment: external forces, its own spring and damper, those of its children. Put
-//! together with eq. (9), which says that a segment turns by its joint against its parent, this is a system for all θ̇, φ̇ of
-//! the step's end. What they depend on is taken there, too: springs at the new angles, drag at the new velocities, the
-//! pull of stretched branches at the new directions. So the step stays finite for any k, v and dt (eq. (10), Euler's
-//! explicit method, does not beyond v/k), and without forcing energy never grows: the new velocities are the old ones'
-//! nearest (in the sense of kinetic energy) that the springs allow.
+//! Eq. (8) balances the torques of each segment: external forces, its own spring and damper, those of its
+//! children. Put together with eq. (9), which says that a segment turns by its joint against its parent, this
+//! is a system for all θ̇, φ̇ of the step's end. What they depend on is taken there, too: springs at the new
+//! angles, drag at the new velocities, the pull of stretched branches at the new directions. So the step
+//! stays finite for any k, v and dt (eq. (10), Euler's explicit method, does not beyond v/k), and without
+//! forcing energy never grows: the new velocities are the old ones' nearest (in the sense of kinetic energy)
+//! that the springs allow.
 //!
-//! The system is solved in two walks along the tree, without a matrix. From the tips to the roots: the momentum [N·s·m,
-//! N·s] that a sub-branch gives up at its base when that moves with (ω, v) is b − J (ω, v), with J a symmetric 6 × 6 matrix of
-//! the blocks A, B, C; a joint takes its two axes out of J and b ([`take_out`]), a shift refers them to the parent's base
-//! ([`Body::shift`]). From the roots to the tips: the velocities ([`super::advance`]).
+//! The system is solved in two walks along the tree, without a matrix. From the tips to the roots: the
+//! momentum [N·s·m, N·s] that a sub-branch gives up at its base when that moves with (ω, v) is b − J (ω, v),
+//! with J a symmetric 6 × 6 matrix of the blocks A, B, C; a joint takes its two axes out of J and b
+//! ([`take_out`]), a shift refers them to the parent's base ([`Body::shift`]). From the roots to the tips:
+//! the velocities ([`super::advance`]).
 
 use fearless_simd::{Select, Simd, f32x8, prelude::*};
 use reef_flow::simd::{mul_add, neg_mul_add, splat};
@@ -191,7 +193,8 @@ impl<S: Simd> Body<S> {
         body
     }
 
-    /// Adds a segment's own inertia: along its Y and across it [kg·m²], first moment along Y [kg·m] and mass [kg].
+    /// Adds a segment's own inertia: along its Y and across it [kg·m²], first moment along Y [kg·m] and mass
+    /// [kg].
     #[inline(always)]
     pub(super) fn bear(
         &mut self,
@@ -267,8 +270,8 @@ impl<S: Simd> Body<S> {
     }
 }
 
-/// Lets the body turn about an axis through its base: `hold` is what its spring and damper add to the axis' inertia, `bent`
-/// what the spring exerts already; `open`: 0 where it cannot turn.
+/// Lets the body turn about an axis through its base: `hold` is what its spring and damper add to the axis'
+/// inertia, `bent` what the spring exerts already; `open`: 0 where it cannot turn.
 #[inline(always)]
 pub(super) fn take_out<S: Simd>(
     simd: S,

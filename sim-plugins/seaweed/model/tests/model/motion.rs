@@ -133,7 +133,8 @@ fn the_tip_comes_behind_the_base_in_waves() {
     assert!((1.0..120.0).contains(&behind), "{behind}");
 }
 
-/// A stiff segment without drag in a swell: k φ = (water that is carried along) · (its acceleration) · L/2, in phase with it.
+/// A stiff segment without drag in a swell: k φ = (water that is carried along) · (its acceleration) · L/2,
+/// in phase with it.
 #[test]
 fn the_orbits_second_derivative_pushes_by_the_water_carried_along() {
     let (k, carried, length) = (5.0, 0.8, 0.4);

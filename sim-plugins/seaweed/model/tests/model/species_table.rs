@@ -172,7 +172,8 @@ fn every_species_file_keeps_to_the_ranges_of_its_parameters() {
     }
 }
 
-/// A species in a current of 0.15 m/s and a swell: how far its highest node leans and sways, as shares of its height.
+/// A species in a current of 0.15 m/s and a swell: how far its highest node leans and sways, as shares of its
+/// height.
 fn ways(name: &str) -> (f64, f64, f64) {
     let skeleton = grow::skeleton(&species(name)).expect("a skeleton");
     let depth = 12.0_f64.min(skeleton.reach() + 2.0);
