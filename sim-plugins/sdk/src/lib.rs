@@ -77,6 +77,7 @@ mod guard;
 #[allow(unsafe_code, reason = "calls of the host's services")]
 mod host;
 mod param;
+pub mod ranges;
 mod state;
 #[allow(unsafe_code, reason = "slices out of the step's raw input and of the host's output memory")]
 mod step;
