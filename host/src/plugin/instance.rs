@@ -296,7 +296,7 @@ impl Instance {
             // SAFETY: the table's context is the recorder; the plugin's call is over, and its jobs with it.
             let recorder = unsafe { &mut *output.ctx.cast::<Recorder>() };
             let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
-            let checked = recorder.finish(flags, services.textures(), &share);
+            let checked = recorder.finish(flags, (services.textures(), services.meshes()), &share);
             (status, [code, returned.elapsed()], checked)
         };
         let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);

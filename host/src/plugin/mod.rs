@@ -34,7 +34,7 @@ pub mod registry;
 mod scratch;
 mod services;
 
-pub use reef_streams::{self as streams, textures};
+pub use reef_streams::{self as streams, meshes, retained, textures};
 
 pub use error::{PluginError, Refusal};
 pub use guard::{Limits, offer_patience, set_limits};

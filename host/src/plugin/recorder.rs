@@ -7,6 +7,7 @@ use reef_abi as abi;
 
 use super::{
     guard, marker,
+    meshes::MeshList,
     services::version_text,
     streams::{Lane, Outputs, check, limit, stream_name},
     textures::TextureList,
@@ -113,11 +114,11 @@ impl Recorder {
     }
 
     /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
-    /// `textures`: those that the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
+    /// `made`: what the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
     pub(crate) fn finish(
         &mut self,
         flags: u32,
-        textures: TextureList,
+        made: (TextureList, MeshList),
         share: check::Share<'_>,
     ) -> Result<(), String> {
         if let Some(message) = &self.refused {
@@ -148,7 +149,7 @@ impl Recorder {
             }
             _ => staging.materials = self.current.materials.clone(),
         }
-        staging.textures = textures;
+        (staging.textures, staging.meshes) = made;
         self.checker.check(staging, share)?;
         if let Some(finished) = self.staging.take() {
             if self.spare.len() >= SPARE {
@@ -178,6 +179,10 @@ impl Recorder {
             abi::STREAM_MATERIAL => limit::MATERIALS,
             abi::STREAM_FIBRE => limit::FIBRES,
             abi::STREAM_FIBRE_NODE => limit::FIBRE_NODES,
+            abi::STREAM_SKINNED => limit::SKINNED,
+            abi::STREAM_JOINT => limit::JOINTS,
+            abi::STREAM_MESH_DRAW => limit::MESH_DRAWS,
+            abi::STREAM_DRAW_VERTEX => limit::DRAW_VERTICES,
             abi::STREAM_BILLBOARD => limit::BILLBOARDS,
             abi::STREAM_FLOW => limit::FLOWS,
             abi::STREAM_ACTOR => limit::ACTORS,
@@ -235,6 +240,10 @@ fn lane(outputs: &mut Outputs, stream: u32) -> Option<&mut dyn Lane> {
         abi::STREAM_OBJECT => &mut outputs.objects,
         abi::STREAM_FIBRE => &mut outputs.fibres,
         abi::STREAM_FIBRE_NODE => &mut outputs.fibre_nodes,
+        abi::STREAM_SKINNED => &mut outputs.skinned,
+        abi::STREAM_JOINT => &mut outputs.joints,
+        abi::STREAM_MESH_DRAW => &mut outputs.mesh_draws,
+        abi::STREAM_DRAW_VERTEX => &mut outputs.draw_vertices,
         abi::STREAM_BILLBOARD => &mut outputs.billboards,
         abi::STREAM_FLOW => &mut outputs.flows,
         abi::STREAM_ACTOR => &mut outputs.actors,

@@ -34,6 +34,10 @@ impl Chain {
             list(&mut hasher, &outputs.fibres);
             list(&mut hasher, &outputs.fibre_nodes);
             list(&mut hasher, &outputs.billboards);
+            list(&mut hasher, &outputs.skinned);
+            list(&mut hasher, &outputs.joints);
+            list(&mut hasher, &outputs.mesh_draws);
+            list(&mut hasher, &outputs.draw_vertices);
             list(&mut hasher, &outputs.flows);
             list(&mut hasher, &outputs.actors);
         }

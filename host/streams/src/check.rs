@@ -12,6 +12,8 @@ use crate::{
 };
 use reef_abi as abi;
 
+pub(crate) mod meshes;
+
 /// Farthest that anything may be from the origin of the world [m].
 pub const FARTHEST: f64 = 1e6;
 /// Farthest that an element may be from its object's origin [m].
@@ -59,9 +61,15 @@ impl Verdict {
 }
 
 /// What is wrong with one element.
-struct Fault {
+pub(crate) struct Fault {
     field: &'static str,
     problem: String,
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.field, self.problem)
+    }
 }
 
 type Checked = Result<(), Fault>;
@@ -141,8 +149,8 @@ fn flags(value: u32, known: u32) -> Checked {
 /// Checks each element of a stream; the message names the first that is wrong.
 fn each<T>(stream: &str, elements: &[T], check: impl Fn(&T) -> Checked) -> Result<(), String> {
     for (i, element) in elements.iter().enumerate() {
-        if let Err(Fault { field, problem }) = check(element) {
-            return Err(format!("stream {stream}, element {i}: {field} {problem}"));
+        if let Err(fault) = check(element) {
+            return Err(format!("stream {stream}, element {i}: {fault}"));
         }
     }
     Ok(())
@@ -164,6 +172,8 @@ impl Checker {
             outputs.fibres.len().div_ceil(ELEMENTS),
             outputs.billboards.len().div_ceil(ELEMENTS),
             outputs.fibre_nodes.len().div_ceil(NODES),
+            outputs.joints.len().div_ceil(NODES),
+            outputs.draw_vertices.len().div_ceil(NODES),
         ];
         // The last job looks at all that is short in most seas.
         share(pieces.iter().sum::<usize>() + 1, &|at| look(outputs, at, pieces, &verdict));
@@ -189,6 +199,7 @@ impl Checker {
         each("fibre", &outputs.fibres, |f| {
             fibre(f, objects, outputs.materials.len(), outputs.fibre_nodes.len())
         })?;
+        meshes::find(outputs)?;
         each("billboard", &outputs.billboards, |b| billboard(b, objects, &outputs.textures))?;
         each("flow", &outputs.flows, flow)?;
         each("actor", &outputs.actors, actor)?;
@@ -244,7 +255,7 @@ fn material(material: &abi::Material, textures: &TextureList) -> Checked {
 }
 
 /// One job of a check: piece `at` of the objects, fibres, sprites and nodes in turn, then everything else.
-fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict) {
+fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 6], verdict: &Verdict) {
     if at < pieces[0] {
         let part = piece(outputs.objects.len(), at, ELEMENTS);
         let before = part.start.checked_sub(1).map_or(0, |last| outputs.objects[last].id);
@@ -274,11 +285,24 @@ fn look(outputs: &Outputs, mut at: usize, pieces: [usize; 4], verdict: &Verdict)
         );
         return;
     }
+    at -= pieces[3];
+    if at < pieces[4] {
+        let part = &outputs.joints[piece(outputs.joints.len(), at, NODES)];
+        Verdict::note(&verdict.sound, part.iter().fold(true, |all, joint| all & meshes::sound(joint)));
+        return;
+    }
+    at -= pieces[4];
+    if at < pieces[5] {
+        let part = &outputs.draw_vertices[piece(outputs.draw_vertices.len(), at, NODES)];
+        Verdict::note(&verdict.sound, part.iter().fold(true, |all, v| all & meshes::sound_vertex(v)));
+        return;
+    }
     let sound = all(&outputs.materials, |m| material(m, &outputs.textures))
         && all(&outputs.flows, flow)
         && all(&outputs.actors, actor)
         && all(&outputs.debug_lines, debug_line)
-        && all(&outputs.trace, trace);
+        && all(&outputs.trace, trace)
+        && meshes::elements(outputs).is_ok();
     Verdict::note(&verdict.sound, sound);
     Verdict::note(&verdict.actor_ids_grow, outputs.actors.is_sorted_by(|a, b| a.id < b.id));
 }

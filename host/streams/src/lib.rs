@@ -4,12 +4,15 @@
 
 pub mod check;
 mod glance;
+pub mod meshes;
+pub mod retained;
 pub mod textures;
 
 use std::{collections::TryReserveError, ffi::c_void, sync::Arc};
 
 use reef_abi as abi;
 
+use meshes::MeshList;
 use textures::TextureList;
 
 /// The committed outputs of one instance in one step. Indices in the elements (object, material, first_node …) refer to
@@ -24,10 +27,20 @@ pub struct Outputs {
     pub fibres: Vec<abi::Fibre>,
     /// Nodes of all chains, relative to their object's origin.
     pub fibre_nodes: Vec<abi::FibreNode>,
+    /// Meshes that joints move.
+    pub skinned: Vec<abi::Skinned>,
+    /// Joints of all of them, relative to their object's origin.
+    pub joints: Vec<abi::Joint>,
+    /// Meshes whose vertices are made anew.
+    pub mesh_draws: Vec<abi::MeshDraw>,
+    /// Vertices of all of them, relative to their object's origin.
+    pub draw_vertices: Vec<abi::DrawVertex>,
     /// Sprites, relative to their object's origin, in no order that means anything.
     pub billboards: Vec<abi::Billboard>,
     /// What the instance had made with `texture_create` at the end of the step.
     pub textures: TextureList,
+    /// What it had made with `mesh_create`.
+    pub meshes: MeshList,
     /// What this instance does to the water.
     pub flows: Vec<abi::Flow>,
     /// What others may perceive.
@@ -48,6 +61,14 @@ pub mod limit {
     pub const FIBRES: u64 = 1 << 20;
     /// Nodes of all fibres.
     pub const FIBRE_NODES: u64 = 1 << 24;
+    /// Meshes that joints move.
+    pub const SKINNED: u64 = 1 << 20;
+    /// Joints of all of them.
+    pub const JOINTS: u64 = 1 << 24;
+    /// Meshes whose vertices are made anew.
+    pub const MESH_DRAWS: u64 = 1 << 16;
+    /// Vertices of all of them.
+    pub const DRAW_VERTICES: u64 = 1 << 23;
     /// Sprites.
     pub const BILLBOARDS: u64 = 1 << 22;
     /// Flow primitives: everything in the sea pays for them.
@@ -69,11 +90,9 @@ pub fn stream_name(stream: u32) -> &'static str {
         abi::STREAM_FIBRE_NODE => "fibre node",
         abi::STREAM_SKINNED => "skinned",
         abi::STREAM_JOINT => "joint",
-        abi::STREAM_POINT => "point",
         abi::STREAM_BILLBOARD => "billboard",
-        abi::STREAM_MESH => "mesh",
-        abi::STREAM_MESH_VERTEX => "mesh vertex",
-        abi::STREAM_MESH_INDEX => "mesh index",
+        abi::STREAM_MESH_DRAW => "mesh draw",
+        abi::STREAM_DRAW_VERTEX => "draw vertex",
         abi::STREAM_FLOW => "flow",
         abi::STREAM_ACTOR => "actor",
         abi::STREAM_DEBUG_LINE => "debug line",

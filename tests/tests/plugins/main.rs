@@ -8,6 +8,7 @@ mod fresh;
 mod guide;
 mod languages;
 mod list;
+mod meshes;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod own_faults;
 mod raw;

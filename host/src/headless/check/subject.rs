@@ -157,6 +157,10 @@ pub(super) fn emitted(outputs: &Outputs) -> Vec<u8> {
     list(&mut bytes, &outputs.fibres);
     list(&mut bytes, &outputs.fibre_nodes);
     list(&mut bytes, &outputs.billboards);
+    list(&mut bytes, &outputs.skinned);
+    list(&mut bytes, &outputs.joints);
+    list(&mut bytes, &outputs.mesh_draws);
+    list(&mut bytes, &outputs.draw_vertices);
     list(&mut bytes, &outputs.flows);
     list(&mut bytes, &outputs.actors);
     bytes

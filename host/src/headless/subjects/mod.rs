@@ -146,6 +146,8 @@ fn hidden(frame: &Frame, module: usize, ids: Option<&HashSet<u64>>) -> Frame {
         let stays = |object: u32| !gone.get(object as usize).copied().unwrap_or(false);
         outputs.fibres.retain(|fibre| stays(fibre.object));
         outputs.billboards.retain(|sprite| stays(sprite.object));
+        outputs.skinned.retain(|mesh| stays(mesh.object));
+        outputs.mesh_draws.retain(|mesh| stays(mesh.object));
     }
     *whole = Arc::new(outputs);
     frame

@@ -9,8 +9,8 @@ use super::super::{
     input::StepInput,
     instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, generation, read, write},
     library::{Plugin, status_name},
+    retained::Refused,
     services::Services,
-    textures::Refused,
 };
 use super::process::float_control;
 
@@ -251,10 +251,10 @@ impl Instance {
         self.end()
     }
 
-    /// Destroys it, and tells what was refused of its textures in its life.
-    pub(crate) fn destroy_and_tell(mut self) -> Result<Refused, PluginError> {
+    /// Destroys it, and tells what was refused of its textures and of its meshes in its life.
+    pub(crate) fn destroy_and_tell(mut self) -> Result<[Refused; 2], PluginError> {
         self.end()?;
-        Ok(self.services.refused_textures())
+        Ok([self.services.refused_textures(), self.services.refused_meshes()])
     }
 
     fn end(&mut self) -> Result<(), PluginError> {

@@ -26,7 +26,7 @@ fn good() -> Outputs {
         actors: vec![abi::Actor { id: 9, ..Default::default() }],
         debug_lines: vec![abi::DebugLine::default()],
         trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
-        textures: Arc::default(),
+        ..Outputs::default()
     }
 }
 
