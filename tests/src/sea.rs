@@ -1,7 +1,7 @@
 //! A small sea to step plugins in: one current, no bed, no neighbours.
 
-use reef::plugin::StepInput;
 use reef_abi as abi;
+use reef_plugin::StepInput;
 
 /// What a step's input refers to.
 #[derive(Clone, Debug)]

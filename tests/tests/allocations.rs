@@ -10,8 +10,9 @@ use std::{
     time::Duration,
 };
 
-use reef::plugin::{Library, StepStatus, streams::Outputs};
+use reef_plugin::{Library, StepStatus};
 use reef_sdk::prelude::*;
+use reef_streams::Outputs;
 use reef_tests::sea::{Sea, config};
 
 struct Counting;

@@ -14,10 +14,8 @@ use std::{
 };
 
 use display::{Display, liveliness};
-use reef::{
-    gpu::{Gpu, GpuOptions, Validation},
-    headless::pictures::read_png,
-};
+use reef_gpu::{Gpu, GpuOptions, Validation};
+use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
     child::wait,
@@ -117,7 +115,7 @@ fn a_planted_fault_makes_the_windows_run_fail() {
         .env("DISPLAY", &bench.display.name)
         .env_remove("WAYLAND_DISPLAY")
         .env("REEF_VALIDATE", "1")
-        .env(reef::gpu::FAULT_VARIABLE, "leak")
+        .env(reef_gpu::FAULT_VARIABLE, "leak")
         .stderr(Stdio::piped())
         .spawn()
         .expect("reef starts");

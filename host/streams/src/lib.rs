@@ -3,7 +3,10 @@
 //! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
 
 pub mod check;
+pub mod environment;
+pub mod frame;
 mod glance;
+pub mod identity;
 pub mod meshes;
 pub mod retained;
 pub mod textures;

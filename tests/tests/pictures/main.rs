@@ -10,7 +10,7 @@ use std::{
     process::{Command, Output},
 };
 
-use reef::headless::pictures::read_png;
+use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
     skip,

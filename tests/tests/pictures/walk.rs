@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use reef::headless::pictures::read_png;
+use reef_render::pictures::read_png;
 use reef_tests::artifacts::workspace;
 
 use crate::{lacking, reef, told};

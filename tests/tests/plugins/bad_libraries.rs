@@ -5,8 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use reef::plugin::{Refusal, Registry};
 use reef_abi as abi;
+use reef_plugin::{Refusal, Registry};
 use reef_tests::{artifacts::artifacts, libraries::entry_at};
 use tempfile::TempDir;
 

@@ -1,7 +1,7 @@
 //! A plugin in a library of its own whose fault its configuration chooses: each gives a clear error, the host lives, and
 //! other instances go on.
 
-use reef::plugin::{Health, Instance, PluginError, StepStatus};
+use reef_plugin::{Health, Instance, PluginError, StepStatus};
 use reef_tests::{
     artifacts::artifacts,
     sea::{Sea, config, set_param},
@@ -9,7 +9,7 @@ use reef_tests::{
 
 use crate::load;
 
-fn plugin(workers: usize) -> reef::plugin::Plugin {
+fn plugin(workers: usize) -> reef_plugin::Plugin {
     load(artifacts().plugin("reef_fixture_faulty"), workers)
 }
 

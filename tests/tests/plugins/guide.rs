@@ -35,7 +35,7 @@ fn every_piece_of_code_stands_in_a_file_that_a_test_builds() {
     let sources = |paths: &[&str]| -> Vec<String> {
         paths.iter().map(|path| fs::read_to_string(workspace().join(path)).unwrap()).collect()
     };
-    let templates = "host/src/headless/scaffold/templates";
+    let templates = "host/reef/src/headless/scaffold/templates";
     for (language, files, least) in [
         ("rust", sources(&["sim-plugins/examples/rust/src/lib.rs", &format!("{templates}/lib.rs.in")]), 5),
         ("c", sources(&["sim-plugins/examples/c/kelp.c", &format!("{templates}/plugin.c.in")]), 6),

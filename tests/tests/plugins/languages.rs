@@ -7,7 +7,7 @@ use std::{
     process::{Command, Output},
 };
 
-use reef::plugin::{PluginError, StepStatus, envelope::Envelope};
+use reef_plugin::{PluginError, StepStatus, envelope::Envelope};
 use reef_tests::{
     artifacts::{artifacts, workspace},
     languages::{Built, C, CPP},

@@ -23,7 +23,7 @@ mod unload;
 
 use std::path::Path;
 
-use reef::plugin::{Instance, Library, Plugin, Refusal};
+use reef_plugin::{Instance, Library, Plugin, Refusal};
 
 /// The one plugin of a library, on this many workers.
 fn load(path: &Path, workers: usize) -> Plugin {

@@ -5,8 +5,8 @@ use std::{
     ptr,
 };
 
-use reef::plugin::{Health, Library, PluginError, Refusal, StepStatus};
 use reef_abi as abi;
+use reef_plugin::{Health, Library, PluginError, Refusal, StepStatus};
 use reef_tests::sea::Sea;
 
 /// What an instance of this file does in its step.

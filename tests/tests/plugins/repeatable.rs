@@ -1,7 +1,7 @@
 //! Same bytes with any number of workers, at any instruction set, and over a save and load in the middle.
 
-use reef::plugin::{Instance, Plugin};
 use reef_abi as abi;
+use reef_plugin::{Instance, Plugin};
 use reef_tests::{
     artifacts::artifacts,
     sea::{Sea, config, set_param},

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use reef::plugin::{Health, Instance, Limits, StepStatus, set_limits};
+use reef_plugin::{Health, Instance, Limits, StepStatus, set_limits};
 use reef_tests::{
     artifacts::artifacts,
     child,
@@ -11,7 +11,7 @@ use reef_tests::{
 
 use crate::load;
 
-fn made(strike: &str, place: &str) -> Result<Instance, reef::plugin::PluginError> {
+fn made(strike: &str, place: &str) -> Result<Instance, reef_plugin::PluginError> {
     load(artifacts().plugin("reef_fixture_faulty"), 2)
         .create(&config(&format!(r#"{{"strike": "{strike}", "where": "{place}"}}"#)))
 }

@@ -6,7 +6,8 @@ use std::{
     process::{Command, Output},
 };
 
-use reef::{headless::pictures::read_png, plugin::StepStatus};
+use reef_plugin::StepStatus;
+use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, build, workspace},
     languages::C,

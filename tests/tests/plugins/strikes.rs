@@ -1,7 +1,7 @@
 //! Code of a plugin that ends in a signal or does not end: the host lives, says what happened, never calls that library again,
 //! and the rest of the sea is as it would have been without it.
 
-use reef::plugin::{Health, PluginError, StepStatus};
+use reef_plugin::{Health, PluginError, StepStatus};
 use reef_tests::{
     artifacts::artifacts,
     sea::{Sea, config},
@@ -9,7 +9,7 @@ use reef_tests::{
 
 use crate::load;
 
-fn faulty(workers: usize) -> reef::plugin::Plugin {
+fn faulty(workers: usize) -> reef_plugin::Plugin {
     load(artifacts().plugin("reef_fixture_faulty"), workers)
 }
 

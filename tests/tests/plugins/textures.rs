@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use reef::plugin::{Library, Plugin as Loaded, StepStatus, streams::Outputs};
+use reef_plugin::{Library, Plugin as Loaded, StepStatus};
 use reef_sdk::prelude::*;
+use reef_streams::Outputs;
 use reef_tests::sea::{Sea, config};
 
 /// Two textures from the start; from step 3 on a third in place of the second.

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use reef::plugin::StepStatus;
+use reef_plugin::StepStatus;
 use reef_tests::{
     artifacts::artifacts,
     sea::{Sea, config},

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use reef::plugin::Health;
+use reef_plugin::Health;
 
 use crate::{Place, another, builds};
 

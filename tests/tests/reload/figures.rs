@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use reef::headless::bench::{churn::churn, reload::soon};
+use reef_bench::{churn::churn, reload::soon};
 use reef_tests::{artifacts::workspace, child};
 use tempfile::TempDir;
 

@@ -18,10 +18,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use reef::{
-    live::{Live, Setup},
-    plugin::{Plugin, Registry},
-    world::{Options, World, scene},
+use reef_plugin::{Plugin, Registry};
+use reef_sea::{
+    Options, World,
+    reload::{Live, Setup},
+    scene,
 };
 use reef_tests::artifacts::{variant, workspace};
 use tempfile::TempDir;

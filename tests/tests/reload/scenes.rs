@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use reef::world::World;
+use reef_sea::World;
 
 use crate::{Place, builds};
 

@@ -14,13 +14,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use reef::{
-    plugin::{Health, Library, Limits, Plugin, image::Image, inspect, set_limits},
-    world::{
-        World,
-        hash::{Chain, Digest},
-        swap::{Job, Purpose, Swap},
-    },
+use reef_plugin::{Health, Library, Limits, Plugin, image::Image, inspect, set_limits};
+use reef_sea::{
+    World,
+    reload::swap::{Job, Purpose, Swap},
+    step::hash::{Chain, Digest},
 };
 use reef_tests::child;
 

@@ -22,7 +22,7 @@ pub fn shaders(arguments: &[String]) -> Outcome {
     reef.env("SHADERC_LIB_DIR", &folder)
         .args(["run", "--quiet", "--package", "reef", "--features", "shaderc", "--", "shaders"])
         .arg(root().join("shaders"))
-        .arg(root().join("host/src/gpu/embedded.rs"))
+        .arg(root().join("host/gpu/src/embedded.rs"))
         .args(arguments);
     run(&mut reef, "reef shaders")?;
     validate(&root().join("shaders/spv"))

@@ -1,0 +1,290 @@
+//! The threads on which one loaded library's code runs: a control thread and workers, all joinable, never the program's
+//! main thread.
+
+use std::{
+    any::Any,
+    io,
+    mem::MaybeUninit,
+    panic::{self, AssertUnwindSafe},
+    sync::{
+        Arc, Condvar, Mutex, OnceLock, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    thread::{self, JoinHandle, ThreadId},
+};
+
+use super::{
+    guard::{self, Fate, Resident, Watch},
+    health::Health,
+    pool::{self, Pool, STACK},
+};
+
+/// One loading of one library, with its threads.
+#[derive(Debug)]
+pub struct Generation {
+    fate: Arc<Fate>,
+    /// What became of its instances, when one of its calls ended in a fault.
+    quarantine: OnceLock<Health>,
+    control: Arc<Control>,
+    control_thread: Option<JoinHandle<()>>,
+    control_id: ThreadId,
+    pool: Arc<Pool>,
+}
+
+/// A task of [`Generation::run`] on its way to the control thread.
+struct Task(*mut (dyn FnMut() + 'static));
+
+// SAFETY: `run` accepts tasks that may be sent, and keeps them alive until they are done.
+unsafe impl Send for Task {}
+
+enum Slot {
+    Empty,
+    Waiting(Task),
+    Running,
+    Done(Option<Box<dyn Any + Send>>),
+    Quit,
+}
+
+struct Control {
+    slot: Mutex<Slot>,
+    /// A task waits in the slot, or the end does: an idle control thread watches this for a short while before it sleeps, because
+    /// a sea that does not wait for a clock has its next call soon.
+    asked: AtomicBool,
+    changed: Condvar,
+}
+
+impl std::fmt::Debug for Control {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Control")
+    }
+}
+
+impl Generation {
+    /// Starts the threads: one that controls, and `workers - 1` that help.
+    pub fn new(workers: usize) -> io::Result<Self> {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let workers = workers.clamp(1, MAX_WORKERS) as u32;
+        let fate = Fate::new(number);
+        let pool = Arc::new(Pool::new(&fate, workers)?);
+        let control = Arc::new(Control {
+            slot: Mutex::new(Slot::Empty),
+            asked: AtomicBool::new(false),
+            changed: Condvar::new(),
+        });
+        let thread = {
+            let (control, fate) = (control.clone(), fate.clone());
+            thread::Builder::new().name(format!("reef-{number}-0")).stack_size(STACK).spawn(move || {
+                let _resident = Resident::new(&fate);
+                control.serve();
+            })?
+        };
+        let control_id = thread.thread().id();
+        let quarantine = OnceLock::new();
+        Ok(Self { fate, quarantine, control, control_thread: Some(thread), control_id, pool })
+    }
+
+    /// Number of the generation; never used again.
+    pub fn number(&self) -> u64 {
+        self.fate.generation()
+    }
+
+    pub(crate) fn fate(&self) -> &Arc<Fate> {
+        &self.fate
+    }
+
+    /// In what state all of its instances are since one of its calls ended in a fault. Its code is never called again.
+    pub(crate) fn quarantine(&self) -> Option<&Health> {
+        self.quarantine.get()
+    }
+
+    /// Threads that share the jobs of `parallel_for`.
+    pub fn workers(&self) -> u32 {
+        self.pool.workers()
+    }
+
+    pub(crate) fn pool(&self) -> &Arc<Pool> {
+        &self.pool
+    }
+
+    /// Is this the control thread?
+    pub(crate) fn is_control(&self) -> bool {
+        thread::current().id() == self.control_id
+    }
+
+    /// Runs `task` on the control thread and returns its result; calls from several threads take turns. A panic of
+    /// `task` (the host's own fault) goes on here.
+    pub fn run<R: Send>(&self, task: impl FnOnce() -> R + Send) -> R {
+        if self.is_control() {
+            return task();
+        }
+        let mut result = MaybeUninit::uninit();
+        let mut task = Some(task);
+        let mut call = || {
+            if let Some(task) = task.take() {
+                result.write(task());
+            }
+        };
+        let call: *mut (dyn FnMut() + '_) = &mut call;
+        // SAFETY: only the lifetime changes; this function does not return before the control thread is done with it.
+        let call = Task(unsafe {
+            std::mem::transmute::<*mut (dyn FnMut() + '_), *mut (dyn FnMut() + 'static)>(call)
+        });
+        if let Some(panic) = self.control.run(call) {
+            panic::resume_unwind(panic);
+        }
+        // SAFETY: the control thread called `call` once, to its end: else there was a panic. Its first call writes the result.
+        unsafe { result.assume_init() }
+    }
+
+    /// Runs a call into the library on the control thread, watched and guarded. A fault comes back as its message, and is
+    /// the last that the library did: it is not called again.
+    pub(crate) fn enter<R: Send>(
+        &self,
+        plugin: &str,
+        call: &'static str,
+        code: impl FnOnce() -> R + Send,
+    ) -> Result<R, String> {
+        self.enter_then(plugin, call, code, |result| result)
+    }
+
+    /// As [`Generation::enter`]; when the call has returned, `then` looks at its result: the host's own code, on the control
+    /// thread, too, but neither watched nor guarded.
+    pub(crate) fn enter_then<R: Send, T: Send>(
+        &self,
+        plugin: &str,
+        call: &'static str,
+        code: impl FnOnce() -> R + Send,
+        then: impl FnOnce(R) -> T + Send,
+    ) -> Result<T, String> {
+        if let Some(Health::Faulty(message) | Health::Stopped(message)) = self.quarantine() {
+            return Err(message.clone());
+        }
+        let watch = if call == "step" { Watch::Step } else { Watch::Other };
+        let outcome = self.run(|| self.fate.watched(watch, || guard::guarded(&self.fate, code)).map(then));
+        outcome.map_err(|fault| {
+            let message = fault.describe(plugin, call);
+            self.fate.quarantine();
+            // A second fault cannot come before the first was noted: calls take turns, and this one's caller waits.
+            let _ = self.quarantine.set(Health::Faulty(message.clone()));
+            message
+        })
+    }
+}
+
+impl Generation {
+    /// Runs `code` so often on the control thread, each time through a guard of its own, to measure what a guard costs.
+    pub fn guarded_calls(&self, count: u32, code: impl Fn(u32) + Sync) {
+        self.run(|| {
+            for number in 0..count {
+                if guard::guarded(&self.fate, || code(number)).is_err() {
+                    break;
+                }
+            }
+        });
+    }
+}
+
+/// No generation has more workers than this.
+pub const MAX_WORKERS: usize = 256;
+
+impl Control {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands over a task, waits until it is done, and returns what it panicked with.
+    fn run(&self, task: Task) -> Option<Box<dyn Any + Send>> {
+        let wait = |slot, until: fn(&Slot) -> bool| {
+            self.changed.wait_while(slot, |slot| !until(slot)).unwrap_or_else(PoisonError::into_inner)
+        };
+        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
+        *slot = Slot::Waiting(task);
+        self.asked.store(true, Ordering::Release);
+        // Who wakes up finds the lock free, and need not sleep again.
+        drop(slot);
+        self.changed.notify_all();
+        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Done(_)));
+        let done = std::mem::replace(&mut *slot, Slot::Empty);
+        drop(slot);
+        self.changed.notify_all();
+        match done {
+            Slot::Done(panic) => panic,
+            _ => None,
+        }
+    }
+
+    /// The control thread's life.
+    fn serve(&self) {
+        loop {
+            let mut slot = self
+                .changed
+                .wait_while(self.lock(), |slot| !matches!(slot, Slot::Waiting(_) | Slot::Quit))
+                .unwrap_or_else(PoisonError::into_inner);
+            self.asked.store(false, Ordering::Relaxed);
+            let Slot::Waiting(task) = std::mem::replace(&mut *slot, Slot::Running) else { return };
+            drop(slot);
+            // SAFETY: `Generation::run` keeps the closure alive until the slot says `Done`.
+            let outcome = panic::catch_unwind(AssertUnwindSafe(|| unsafe { (*task.0)() }));
+            *self.lock() = Slot::Done(outcome.err());
+            self.changed.notify_all();
+            pool::watch(|| self.asked.load(Ordering::Acquire));
+        }
+    }
+}
+
+impl Generation {
+    /// Ends the threads and waits for them. Nothing may run on them afterwards. Threads of a quarantined generation are left
+    /// to sleep for ever: their end would run thread-local destructors of its library.
+    pub(crate) fn join(&mut self) {
+        if self.fate.is_quarantined() {
+            self.control_thread = None;
+            return;
+        }
+        self.pool.stop();
+        *self.control.lock() = Slot::Quit;
+        self.control.asked.store(true, Ordering::Release);
+        self.control.changed.notify_all();
+        if let Some(thread) = self.control_thread.take() {
+            // The thread catches every panic; there is nobody left to tell of another.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Generation {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tasks_run_on_the_one_control_thread_and_never_on_the_callers() {
+        let generation = Generation::new(1).unwrap();
+        let first = generation.run(|| thread::current().id());
+        assert_ne!(first, thread::current().id());
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for i in 0..200 {
+                        let (id, value) = generation.run(|| (thread::current().id(), i * 2));
+                        assert_eq!((id, value), (first, i * 2));
+                    }
+                });
+            }
+        });
+        assert!(generation.run(|| generation.run(|| generation.is_control())));
+    }
+
+    #[test]
+    fn a_panic_of_a_task_reaches_its_caller_and_the_thread_lives_on() {
+        let generation = Generation::new(2).unwrap();
+        let caught = panic::catch_unwind(AssertUnwindSafe(|| generation.run(|| panic::panic_any(7_u32))));
+        assert_eq!(caught.unwrap_err().downcast_ref(), Some(&7_u32));
+        assert_eq!(generation.run(|| 3), 3);
+    }
+}

@@ -1,0 +1,146 @@
+//! The signal handler: leaves guarded calls, and passes on what is not a plugin's fault.
+
+use std::{
+    cell::UnsafeCell,
+    mem::MaybeUninit,
+    ptr,
+    sync::{Once, atomic::Ordering},
+};
+
+use super::{
+    call,
+    frame::{Frame, Seen},
+};
+use crate::{
+    guard::fate::stage,
+    marker::{self, Place},
+};
+
+/// Signals that a plugin's code may cause.
+const FAULTS: [i32; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT];
+
+/// Wakes a runaway that waits in the system. Nobody else's default: ignored.
+pub(super) const NUDGE: i32 = libc::SIGURG;
+
+/// All signals that are handled, faults first.
+const HANDLED: [i32; 6] = [FAULTS[0], FAULTS[1], FAULTS[2], FAULTS[3], FAULTS[4], NUDGE];
+
+/// What the handlers replaced.
+struct Before([UnsafeCell<MaybeUninit<libc::sigaction>>; HANDLED.len()]);
+
+// SAFETY: written once in `install`, each before its signal's handler is there; read by handlers only.
+unsafe impl Sync for Before {}
+
+static BEFORE: Before = Before([const { UnsafeCell::new(MaybeUninit::zeroed()) }; HANDLED.len()]);
+
+/// Puts the handlers in place, once a process.
+pub(super) fn install() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        for (signal, before) in HANDLED.iter().zip(&BEFORE.0) {
+            // SAFETY: the actions are plain data, filled as the system wants them; nobody reads `before` meanwhile.
+            unsafe {
+                let mut action: libc::sigaction = std::mem::zeroed();
+                action.sa_sigaction = on_signal as *const () as usize;
+                // Without SA_RESTART: a runaway that waits in the system has to come back from there.
+                action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+                libc::sigemptyset(&mut action.sa_mask);
+                // These signals and no others are asked for: the call cannot fail.
+                libc::sigaction(*signal, ptr::null(), (*before.get()).as_mut_ptr());
+                libc::sigaction(*signal, &action, ptr::null_mut());
+            }
+        }
+    });
+}
+
+/// Uses nothing that a signal handler must not: thread-locals without initialiser, atomics, system calls.
+unsafe extern "C" fn on_signal(signal: i32, info: *mut libc::siginfo_t, context: *mut libc::c_void) {
+    let frame = Frame::current();
+    let in_plugin = !frame.is_null() && matches!(marker::place(), Place::Plugin(_));
+    // SAFETY: the kernel's arguments; the frame is of the guarded call that this thread is in, and its fate outlives it.
+    unsafe {
+        let ours = in_plugin && comes_from_here(info);
+        let stage = if ours { (*(*frame).fate).stage.load(Ordering::Relaxed) } else { stage::NONE };
+        if signal == NUDGE {
+            if stage != stage::NONE {
+                if stage == stage::LEAVE {
+                    leave(signal, info, context.cast(), frame, true);
+                }
+                return;
+            }
+        } else if ours {
+            return leave(signal, info, context.cast(), frame, stage != stage::NONE);
+        }
+        pass_on(signal, info, context);
+    }
+}
+
+/// Did the kernel send it because of what this thread did, or this process itself? Somebody else's `kill` is no fault.
+///
+/// # Safety
+/// The kernel's own information.
+unsafe fn comes_from_here(info: *mut libc::siginfo_t) -> bool {
+    // SAFETY: the caller's promise; a signal that was sent (code not above 0) names its sender.
+    unsafe { (*info).si_code > 0 || (*info).si_pid() == libc::getpid() }
+}
+
+/// The thread goes on where its guarded call is left.
+///
+/// # Safety
+/// The kernel's arguments, and the innermost frame of this thread.
+unsafe fn leave(
+    signal: i32,
+    info: *mut libc::siginfo_t,
+    context: *mut libc::ucontext_t,
+    frame: *mut Frame,
+    runaway: bool,
+) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let code = (*info).si_code;
+        let address = if code > 0 { (*info).si_addr() as usize } else { 0 };
+        (*frame).seen = Some(Seen { signal, code, address, pc: call::program_counter(context), runaway });
+        call::redirect(context, frame);
+        // The kernel restores the mask that was there; nobody blocks these for long, least of all the host.
+        for signal in HANDLED {
+            libc::sigdelset(&mut (*context).uc_sigmask, signal);
+        }
+    }
+}
+
+/// Does what would have been done without these handlers.
+///
+/// # Safety
+/// The kernel's arguments.
+unsafe fn pass_on(signal: i32, info: *mut libc::siginfo_t, context: *mut libc::c_void) {
+    let Some(index) = HANDLED.iter().position(|handled| *handled == signal) else { return };
+    // SAFETY: `install` wrote it before the first signal came here; a handler of one argument or of three is called as it
+    // was registered.
+    unsafe {
+        let before = (*BEFORE.0[index].get()).assume_init_ref();
+        match before.sa_sigaction {
+            libc::SIG_IGN if signal == NUDGE || (*info).si_code <= 0 => {}
+            libc::SIG_DFL if signal == NUDGE => {}
+            libc::SIG_DFL | libc::SIG_IGN => {
+                let mut default: libc::sigaction = std::mem::zeroed();
+                default.sa_sigaction = libc::SIG_DFL;
+                libc::sigaction(signal, &default, ptr::null_mut());
+                // A fault happens again on return, with its own address in the core; one that was sent does not.
+                if (*info).si_code <= 0 {
+                    libc::raise(signal);
+                }
+            }
+            handler if before.sa_flags & libc::SA_SIGINFO != 0 => {
+                let handler = std::mem::transmute::<
+                    usize,
+                    unsafe extern "C" fn(i32, *mut libc::siginfo_t, *mut libc::c_void),
+                >(handler);
+                handler(signal, info, context);
+            }
+            handler => {
+                let handler = std::mem::transmute::<usize, unsafe extern "C" fn(i32)>(handler);
+                handler(signal);
+            }
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Threads that run a plugin's code: each has a stack of its own for the signal handler, since a fault may be that the
+//! thread's own is full.
+
+use std::{
+    cell::Cell,
+    ffi::c_void,
+    fs::File,
+    io::{Read, Write},
+    mem::MaybeUninit,
+    ptr,
+    sync::Arc,
+};
+
+use super::signals;
+use crate::guard::Fate;
+
+/// Room for the handler, and for those that it passes signals on to [bytes]. The kernel's own frame comes on top.
+const ROOM: usize = 64 << 10;
+
+/// A thread of a generation, as the watchdog sees it.
+#[derive(Debug)]
+pub(crate) struct Thread {
+    id: libc::pthread_t,
+    /// The kernel's number of it.
+    task: libc::c_long,
+    clock: Option<libc::clockid_t>,
+}
+
+impl Thread {
+    /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor, does not. Also where
+    /// the system does not say. Allocates nothing: whoever holds the lock of the memory may be what is asked about.
+    pub(super) fn is_asleep(&self) -> bool {
+        let (mut path, mut text) = ([0; 64], [0; 512]);
+        let mut rest = &mut path[..];
+        let written = write!(rest, "/proc/self/task/{}/stat", self.task).map(|()| 64 - rest.len());
+        let read = written.ok().and_then(|length| {
+            let path = str::from_utf8(&path[..length]).ok()?;
+            File::open(path).and_then(|mut file| file.read(&mut text)).ok()
+        });
+        // The state follows the name, which stands in brackets and may have brackets in it.
+        let text = &text[..read.unwrap_or(0)];
+        let state = text.iter().rposition(|byte| *byte == b')').and_then(|at| text.get(at + 2));
+        state.is_none_or(|state| !matches!(state, b'R' | b'D'))
+    }
+
+    /// Processor time that it used so far [ns]; None where the system does not say.
+    pub(super) fn processor_time(&self) -> Option<u64> {
+        let mut time = MaybeUninit::<libc::timespec>::zeroed();
+        // SAFETY: the clock belongs to a thread that lives: see `Resident`; the answer is plain data.
+        let time = unsafe {
+            if libc::clock_gettime(self.clock?, time.as_mut_ptr()) != 0 {
+                return None;
+            }
+            time.assume_init()
+        };
+        Some(time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64)
+    }
+
+    /// Interrupts it where it waits in the system.
+    pub(super) fn nudge(&self) {
+        // SAFETY: the thread lives: see `Resident`. The signal's handler is in place.
+        unsafe { libc::pthread_kill(self.id, signals::NUDGE) };
+    }
+}
+
+thread_local! {
+    /// Lowest address of this thread's stack.
+    static STACK: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The guard is one page, of up to 64 KiB, at the stack's lower end or just below it.
+const NEAR: usize = 64 << 10;
+
+/// Did an access below this thread's stack fail?
+pub(super) fn overflowed(signal: i32, address: usize) -> bool {
+    let stack = STACK.get();
+    signal == libc::SIGSEGV && stack != 0 && address.abs_diff(stack) < NEAR
+}
+
+/// A service needs this much of its caller's stack [bytes].
+const SERVICE: usize = 64 << 10;
+
+/// Faults here, still in the plugin's code by the marker, when the plugin left too little stack for a service of the host:
+/// one that overflowed within the service would be the host's fault.
+pub(crate) fn require_stack() {
+    let here = 0_u8;
+    let here = (&raw const here) as usize;
+    let lowest = STACK.get();
+    if lowest != 0 && here.wrapping_sub(lowest) < SERVICE {
+        full(here, lowest);
+    }
+}
+
+/// Walks down the stack into its guard page.
+#[cold]
+fn full(here: usize, lowest: usize) {
+    const PAGE: usize = 4096;
+    let mut at = here;
+    while at > lowest.saturating_sub(NEAR) {
+        // SAFETY: no memory is changed or trusted: this thread's own stack, then the guard page, which ends the call.
+        unsafe { (at as *const u8).read_volatile() };
+        at -= PAGE;
+    }
+}
+
+/// A thread that is prepared for guarded calls, as long as this value lives on it.
+#[derive(Debug)]
+pub(crate) struct Resident {
+    fate: Arc<Fate>,
+    id: libc::pthread_t,
+    /// Memory of the handler's stack and what was there before; None: the system had none to give, and what was there stays.
+    stack: Option<(*mut c_void, usize, libc::stack_t)>,
+}
+
+impl Resident {
+    /// Prepares the calling thread.
+    pub(crate) fn new(fate: &Arc<Fate>) -> Self {
+        signals::install();
+        STACK.set(lowest_address());
+        // SAFETY: asks for the calling thread only.
+        let id = unsafe { libc::pthread_self() };
+        let mut clock = 0;
+        // SAFETY: as above; the answer is a number.
+        let clock = (unsafe { libc::pthread_getcpuclockid(id, &mut clock) } == 0).then_some(clock);
+        // SAFETY: as above.
+        let task = unsafe { libc::syscall(libc::SYS_gettid) };
+        fate.threads().push(Thread { id, task, clock });
+        Self { fate: fate.clone(), id, stack: handler_stack() }
+    }
+}
+
+impl Drop for Resident {
+    fn drop(&mut self) {
+        // Under the lock: the watchdog asks and signals threads that are in the list only.
+        self.fate.threads().retain(|thread| thread.id != self.id);
+        if let Some((memory, size, before)) = self.stack {
+            // SAFETY: restores what was there before, then unmaps what nobody uses any more.
+            unsafe {
+                libc::sigaltstack(&before, ptr::null_mut());
+                libc::munmap(memory, size);
+            }
+        }
+    }
+}
+
+/// Maps a stack for signal handlers, with a page below it that stops an overflow, and puts it in place.
+fn handler_stack() -> Option<(*mut c_void, usize, libc::stack_t)> {
+    // SAFETY: a number.
+    let (page, frame) =
+        unsafe { (libc::sysconf(libc::_SC_PAGESIZE), libc::getauxval(libc::AT_MINSIGSTKSZ) as usize) };
+    let page = usize::try_from(page).ok().filter(|page| *page > 0)?;
+    let size = (ROOM + frame).next_multiple_of(page) + page;
+    // SAFETY: fresh memory of our own; the lowest page becomes the guard; the rest is the stack until `drop`.
+    unsafe {
+        let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS | libc::MAP_NORESERVE;
+        let memory = libc::mmap(ptr::null_mut(), size, libc::PROT_READ | libc::PROT_WRITE, flags, -1, 0);
+        if memory == libc::MAP_FAILED {
+            return None;
+        }
+        let stack = libc::stack_t { ss_sp: memory.byte_add(page), ss_flags: 0, ss_size: size - page };
+        let mut before: libc::stack_t = std::mem::zeroed();
+        let placed =
+            libc::mprotect(memory, page, libc::PROT_NONE) == 0 && libc::sigaltstack(&stack, &mut before) == 0;
+        if !placed {
+            libc::munmap(memory, size);
+            return None;
+        }
+        Some((memory, size, before))
+    }
+}
+
+/// Lowest address of the calling thread's stack; 0: unknown.
+fn lowest_address() -> usize {
+    let mut attributes = MaybeUninit::<libc::pthread_attr_t>::zeroed();
+    let (mut start, mut size) = (ptr::null_mut(), 0);
+    // SAFETY: the calling thread's attributes, which are destroyed again.
+    unsafe {
+        if libc::pthread_getattr_np(libc::pthread_self(), attributes.as_mut_ptr()) != 0 {
+            return 0;
+        }
+        libc::pthread_attr_getstack(attributes.as_ptr(), &mut start, &mut size);
+        libc::pthread_attr_destroy(attributes.as_mut_ptr());
+    }
+    start as usize
+}

@@ -1,0 +1,544 @@
+//! One instance of a plugin: made, stepped, reset, saved and loaded. Each call runs on the control thread of the plugin's
+//! generation. A failure stays with this instance: its last good outputs stand still, and the sea goes on.
+
+use std::{
+    ffi::c_void,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use reef_abi as abi;
+
+use super::{
+    envelope::Envelope,
+    error::PluginError,
+    generation::Generation,
+    guard,
+    health::Health,
+    info::PluginInfo,
+    input::StepInput,
+    library::Plugin,
+    marker,
+    names::status_name,
+    recorder::Recorder,
+    services::{Figure, Services},
+    streams::Outputs,
+};
+
+/// Largest state of one instance [bytes].
+const LARGEST_STATE: usize = 1 << 32;
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepStatus {
+    /// New outputs.
+    Ok,
+    /// Nothing changed: the last outputs count.
+    Sleep,
+    /// It refused this step: the last outputs stay.
+    Discarded,
+    /// It failed in this step.
+    Failed,
+    /// It failed earlier and was not called.
+    Standing,
+}
+
+/// What a step did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StepReport {
+    /// How it ended.
+    pub status: StepStatus,
+    /// Why it failed or was refused.
+    pub message: Option<String>,
+}
+
+/// Real time that a step took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepTimes {
+    /// From the host's thread to the library's own and back.
+    pub way: Duration,
+    /// The call of the library's function on that thread.
+    pub code: Duration,
+    /// The look at what it emitted.
+    pub check: Duration,
+}
+
+/// One module of a scene at work.
+#[derive(Debug)]
+pub struct Instance {
+    pub(super) raw: Raw,
+    pub(super) recorder: Recorder,
+    health: Health,
+    times: StepTimes,
+    // Dropped in this order: the services' pool before the library that owns its threads.
+    pub(super) services: Box<Services>,
+    plugin: Plugin,
+}
+
+/// An instance's step.
+pub(super) type StepFn = unsafe extern "C" fn(*mut c_void, *const abi::Step, *const abi::Output) -> i32;
+
+/// The functions of an instance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Raw(pub(super) abi::Instance);
+
+// SAFETY: the context is the plugin's own, and its functions are called on the control thread only.
+unsafe impl Send for Raw {}
+// SAFETY: as above; a shared reference calls nothing.
+unsafe impl Sync for Raw {}
+
+impl Plugin {
+    /// Makes an instance. `config` is the JSON object `{"scene": …, "species": …, "config": …}`.
+    pub fn create(&self, config: &str) -> Result<Instance, PluginError> {
+        self.create_with(config, Services::table)
+    }
+
+    /// The same, with the table that `table` makes of the instance's services; it must live as long as they.
+    pub(super) fn create_with(
+        &self,
+        config: &str,
+        table: impl Fn(&Services) -> *const abi::Host + Sync,
+    ) -> Result<Instance, PluginError> {
+        let id = &self.info().id;
+        let failed = |status: i32, message: String| PluginError::Call {
+            plugin: id.clone(),
+            call: "create",
+            status: status_name(status),
+            message,
+        };
+        let generation = generation(self)?;
+        let services = Services::of_instance(generation, id);
+        let Some(create) = self.descriptor().create else {
+            return Err(failed(abi::UNSUPPORTED, "it has no create".into()));
+        };
+        let mut raw = Raw(NO_INSTANCE);
+        services.begin_call();
+        let (place, services_of, table) = (&mut raw, &services, &table);
+        let status = generation
+            .enter(id, "create", move || {
+                let Raw(out) = place;
+                // SAFETY: the descriptor's function with the arguments that the contract asks for; the table lives as long
+                // as the instance.
+                unsafe { create(table(services_of), config.as_ptr().cast(), config.len() as u64, out) }
+            })
+            .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "create", message })?;
+        if status != abi::OK {
+            let message = services.take_error().unwrap_or_else(|| "it gave no reason".into());
+            if status == abi::BAD_INPUT {
+                let (path, message) = split_path(&message);
+                return Err(PluginError::Config { plugin: id.clone(), path, message });
+            }
+            return Err(failed(status, message));
+        }
+        raw.forget_beyond_its_size();
+        if raw.0.step.is_none() || raw.0.destroy.is_none() {
+            return Err(failed(status, "it returned an instance without step or destroy".into()));
+        }
+        Ok(Instance {
+            raw,
+            recorder: Recorder::new(),
+            health: Health::Running,
+            times: StepTimes::default(),
+            services,
+            plugin: self.clone(),
+        })
+    }
+}
+
+pub(super) const NO_INSTANCE: abi::Instance = abi::Instance {
+    size: size_of::<abi::Instance>() as u32,
+    spare: 0,
+    ctx: std::ptr::null_mut(),
+    destroy: None,
+    reset: None,
+    step: None,
+    save_state: None,
+    load_state: None,
+    get_param: None,
+};
+
+impl Raw {
+    /// Fields behind the size that the plugin left there are not its own.
+    fn forget_beyond_its_size(&mut self) {
+        let size = (self.0.size as usize).min(size_of::<abi::Instance>());
+        let mut known = NO_INSTANCE;
+        // SAFETY: both are `repr(C)` values of the contract of at least that many bytes; a prefix of one with the rest of
+        // the other is a value again, since fields are whole words and `size` only ever cuts between or inside functions
+        // that are dropped below.
+        unsafe {
+            let size = size & !7;
+            std::ptr::copy_nonoverlapping(
+                (&raw const self.0).cast::<u8>(),
+                (&raw mut known).cast::<u8>(),
+                size,
+            );
+        }
+        self.0 = known;
+    }
+}
+
+pub(super) fn generation(plugin: &Plugin) -> Result<&Generation, PluginError> {
+    plugin.library().generation().ok_or_else(|| PluginError::Call {
+        plugin: plugin.info().id.clone(),
+        call: "load",
+        status: status_name(abi::FATAL),
+        message: "its library is closed".into(),
+    })
+}
+
+/// Takes the JSON path off a configuration error: `anemones[3].species: what is wrong`.
+fn split_path(message: &str) -> (Option<String>, String) {
+    let is_path = |text: &str| {
+        let good = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '[' | ']');
+        !text.is_empty() && text.chars().all(good)
+    };
+    match message.split_once(": ") {
+        Some((path, rest)) if is_path(path) => (Some(path.to_owned()), rest.to_owned()),
+        _ => (None, message.to_owned()),
+    }
+}
+
+impl Instance {
+    /// The plugin that it is of.
+    pub fn plugin(&self) -> &Plugin {
+        &self.plugin
+    }
+
+    /// The plugin's description.
+    pub fn info(&self) -> &Arc<PluginInfo> {
+        self.plugin.info()
+    }
+
+    /// In what state it is.
+    pub fn health(&self) -> &Health {
+        let generation = self.plugin.library().generation();
+        generation.and_then(Generation::quarantine).unwrap_or(&self.health)
+    }
+
+    /// What the last good step emitted.
+    pub fn outputs(&self) -> &Arc<Outputs> {
+        self.recorder.current()
+    }
+
+    /// It is not to be stepped any more, for a reason that no step gave.
+    pub fn condemn(&mut self, reason: String) {
+        self.health = Health::Faulty(reason);
+    }
+
+    /// What it shows of itself: names and last values, in the order in which it first did.
+    pub fn figures(&self) -> Vec<Figure> {
+        self.services.figures()
+    }
+
+    /// Real time of the last step.
+    pub fn times(&self) -> StepTimes {
+        self.times
+    }
+
+    /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds what counts.
+    pub fn step(&mut self, input: &StepInput<'_>, events: &[abi::Event]) -> StepReport {
+        self.step_with(input, events, |step, ctx, input, output| {
+            // SAFETY: the instance's function on its control thread; input and output live during the call, and nobody else
+            // uses the recorder meanwhile.
+            unsafe { step(ctx, input, output) }
+        })
+    }
+
+    /// The same, with the call left to `call`, which runs guarded on the control thread.
+    pub(super) fn step_with(
+        &mut self,
+        input: &StepInput<'_>,
+        events: &[abi::Event],
+        call: impl FnOnce(StepFn, *mut c_void, &abi::Step, &abi::Output) -> i32 + Send,
+    ) -> StepReport {
+        if let Health::Stopped(message) | Health::Faulty(message) = self.health() {
+            return StepReport { status: StepStatus::Standing, message: Some(message.clone()) };
+        }
+        let (Some(step), Some(generation)) = (self.raw.0.step, self.plugin.library().generation()) else {
+            return StepReport {
+                status: StepStatus::Standing,
+                message: Some("its library is closed".into()),
+            };
+        };
+        self.services.begin_step(input);
+        self.recorder.begin();
+        let (raw, recorder) = (self.raw, &mut self.recorder);
+        let heightfield = input.raw_heightfield();
+        let step_input = Shown(input.raw(heightfield.as_ref(), events));
+        let output = Shown(recorder.table());
+        let began = Instant::now();
+        let (step_input, output) = (&step_input, &output);
+        let code = move || {
+            let (Raw(instance), Shown(step_input), Shown(output)) = ({ raw }, step_input, output);
+            let called = Instant::now();
+            let status = call(step, instance.ctx, step_input, output);
+            (status, called.elapsed())
+        };
+        // Checked where the workers are, and while much of it is near to them.
+        let (flags, pool, services) = (input.flags, generation.pool(), &*self.services);
+        let checked = move |(status, code): (i32, Duration)| {
+            if status != abi::OK {
+                return (status, [code, Duration::ZERO], Ok(()));
+            }
+            let returned = Instant::now();
+            let Shown(output) = output;
+            // SAFETY: the table's context is the recorder; the plugin's call is over, and its jobs with it.
+            let recorder = unsafe { &mut *output.ctx.cast::<Recorder>() };
+            let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
+            let checked = recorder.finish(flags, (services.textures(), services.meshes()), &share);
+            (status, [code, returned.elapsed()], checked)
+        };
+        let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);
+        self.services.end_step();
+        let whole = began.elapsed();
+        let mut took = [Duration::ZERO; 2];
+        let report = match outcome {
+            Ok((status, times, checked)) => {
+                took = times;
+                self.conclude(status, checked)
+            }
+            Err(message) => StepReport { status: StepStatus::Failed, message: Some(message) },
+        };
+        let [code, check] = took;
+        self.times = StepTimes { way: whole.saturating_sub(code + check), code, check };
+        report
+    }
+
+    fn conclude(&mut self, status: i32, checked: Result<(), String>) -> StepReport {
+        let given = self.services.take_error().or_else(|| self.recorder.take_message());
+        let reason = || given.unwrap_or_else(|| "it gave no reason".into());
+        let report = |status, message| StepReport { status, message };
+        match status {
+            abi::OK => match checked {
+                Ok(()) => report(StepStatus::Ok, None),
+                Err(message) => {
+                    self.health = Health::Faulty(message.clone());
+                    report(StepStatus::Failed, Some(message))
+                }
+            },
+            abi::SLEEP => report(StepStatus::Sleep, None),
+            abi::DISCARD => report(StepStatus::Discarded, Some(reason())),
+            // Too much output is a fault of the code, as a number that is none is.
+            abi::ERROR | abi::UNSUPPORTED | abi::BAD_INPUT | abi::BAD_STATE => {
+                let message = format!("step failed ({}): {}", status_name(status), reason());
+                self.health = Health::Stopped(message.clone());
+                report(StepStatus::Failed, Some(message))
+            }
+            _ => {
+                let message = format!("step failed ({}): {}", status_name(status), reason());
+                self.health = Health::Faulty(message.clone());
+                report(StepStatus::Failed, Some(message))
+            }
+        }
+    }
+
+    /// Calls one of the instance's functions on its control thread; a failure comes back with its message.
+    pub(super) fn call(
+        &self,
+        name: &'static str,
+        call: impl FnOnce(*mut c_void, &abi::Instance) -> Option<i32> + Send,
+    ) -> Result<(), (i32, PluginError)> {
+        let failed = |status: i32, message: String| {
+            let plugin = self.info().id.clone();
+            (status, PluginError::Call { plugin, call: name, status: status_name(status), message })
+        };
+        let generation = generation(&self.plugin).map_err(|error| (abi::FATAL, error))?;
+        self.services.begin_call();
+        let raw = self.raw;
+        let status = generation.enter(&self.info().id, name, move || {
+            let Raw(instance) = { raw };
+            call(instance.ctx, &instance)
+        });
+        match status {
+            Err(message) => {
+                let plugin = self.info().id.clone();
+                Err((abi::FATAL, PluginError::Fault { plugin, call: name, message }))
+            }
+            Ok(Some(abi::OK)) => Ok(()),
+            Ok(Some(status)) => {
+                let reason = self.services.take_error().unwrap_or_else(|| "it gave no reason".into());
+                Err(failed(status, reason))
+            }
+            Ok(None) => Err(failed(abi::UNSUPPORTED, "the plugin does not offer it".into())),
+        }
+    }
+
+    /// Back to the state after `create`, parameters included. Outputs are empty until the next step.
+    pub fn reset(&mut self) -> Result<(), PluginError> {
+        // SAFETY: the instance's function on its control thread.
+        let result = self.call("reset", |ctx, raw| raw.reset.map(|reset| unsafe { reset(ctx) }));
+        match result {
+            Ok(()) => {
+                self.recorder.forget();
+                self.health = Health::Running;
+                Ok(())
+            }
+            Err((_, error)) => {
+                self.health = Health::Faulty(error.to_string());
+                Err(error)
+            }
+        }
+    }
+
+    /// The whole state of the instance, in its envelope.
+    pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
+        let generation = generation(&self.plugin)?.number();
+        let mut sink = Sink { generation, room: LARGEST_STATE, ..Sink::default() };
+        let sink_pointer = Pointer((&raw mut sink).cast());
+        self.call("save_state", move |ctx, raw| {
+            let Pointer(sink) = { sink_pointer };
+            let writer = abi::Writer {
+                size: size_of::<abi::Writer>() as u32,
+                spare: 0,
+                ctx: sink,
+                write: Some(write),
+            };
+            // SAFETY: the instance's function on its control thread; the writer and the sink live during the call.
+            raw.save_state.map(|save| unsafe { save(ctx, &writer) })
+        })
+        .map_err(|(_, error)| error)?;
+        if sink.overflow {
+            return Err(self.state_error(format!("it is larger than {LARGEST_STATE} bytes")));
+        }
+        let info = self.info();
+        Ok(Envelope { plugin: &info.id, state_version: info.state_version, payload: &sink.bytes }.seal())
+    }
+
+    /// Takes over a saved state. On an error the instance is as it was.
+    pub fn load(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        let envelope = Envelope::open(state).map_err(|message| self.state_error(message))?;
+        let info = self.info();
+        if envelope.plugin != info.id {
+            return Err(self.state_error(format!("it is of plugin `{}`", envelope.plugin)));
+        }
+        let readable = info.state_min_version..=info.state_version;
+        if !readable.contains(&envelope.state_version) {
+            return Err(self.state_error(format!(
+                "it is of state version {}; version {} of the plugin reads {} to {}",
+                envelope.state_version,
+                info.version,
+                readable.start(),
+                readable.end()
+            )));
+        }
+        let mut source = Source { rest: envelope.payload, most: usize::MAX };
+        let source_pointer = Pointer((&raw mut source).cast());
+        let result = self.call("load_state", move |ctx, raw| {
+            let Pointer(source) = { source_pointer };
+            let reader = abi::Reader {
+                size: size_of::<abi::Reader>() as u32,
+                state_version: envelope.state_version,
+                ctx: source,
+                read: Some(read),
+            };
+            // SAFETY: the instance's function on its control thread; the reader and the source live during the call.
+            raw.load_state.map(|load| unsafe { load(ctx, &reader) })
+        });
+        match result {
+            Ok(()) => {
+                self.recorder.forget();
+                self.health = Health::Running;
+                Ok(())
+            }
+            Err((abi::BAD_STATE, PluginError::Call { message, .. })) => Err(self.state_error(message)),
+            Err((_, error)) => Err(error),
+        }
+    }
+
+    /// The present value of a parameter.
+    pub fn param(&self, id: u32) -> Result<f64, PluginError> {
+        let mut value = 0.0;
+        let place = Pointer((&raw mut value).cast());
+        self.call("get_param", move |ctx, raw| {
+            let Pointer(place) = { place };
+            // SAFETY: the instance's function on its control thread; the value lives during the call.
+            raw.get_param.map(|get| unsafe { get(ctx, id, place.cast::<f64>()) })
+        })
+        .map_err(|(_, error)| error)?;
+        Ok(value)
+    }
+
+    fn state_error(&self, message: String) -> PluginError {
+        PluginError::State { plugin: self.info().id.clone(), message }
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // The function cannot fail, and a closed library has no instances. After a fault of the library it is not called.
+        let _ = self.call("destroy", |ctx, raw| {
+            raw.destroy.map(|destroy| {
+                // SAFETY: the last call on the instance, on its control thread.
+                unsafe { destroy(ctx) };
+                abi::OK
+            })
+        });
+    }
+}
+
+/// A pointer on its way to the control thread, which uses it while its owner waits.
+pub(super) struct Pointer(pub(super) *mut c_void);
+
+// SAFETY: `Generation::run` returns when the control thread is done with it.
+unsafe impl Send for Pointer {}
+
+/// Something of the contract on its way to the control thread, which reads it while its owner waits.
+struct Shown<T>(T);
+
+// SAFETY: as above: what it points to lives, and changes through the plugin alone, until the call returned.
+unsafe impl<T> Sync for Shown<T> {}
+
+/// Where a state is written.
+#[derive(Default)]
+pub(super) struct Sink {
+    pub(super) generation: u64,
+    pub(super) bytes: Vec<u8>,
+    /// Most bytes that it takes.
+    pub(super) room: usize,
+    pub(super) overflow: bool,
+}
+
+pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
+    guard::require_stack();
+    // SAFETY: the context of `save`'s sink, which nobody else uses during the call.
+    let sink = unsafe { &mut *ctx.cast::<Sink>() };
+    let fits =
+        usize::try_from(length).is_ok_and(|length| sink.bytes.len().saturating_add(length) <= sink.room);
+    if !fits {
+        sink.overflow = true;
+        return abi::NO_SPACE;
+    }
+    if length > 0 && bytes.is_null() {
+        return abi::BAD_INPUT;
+    }
+    if length > 0 {
+        guard::probe_read(bytes.cast(), length as usize);
+        marker::in_service(sink.generation, || {
+            // SAFETY: pointer and length of the plugin's bytes, which were just touched.
+            let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) };
+            sink.bytes.extend_from_slice(bytes);
+        });
+    }
+    abi::OK
+}
+
+/// Where a state is read from.
+pub(super) struct Source<'a> {
+    pub(super) rest: &'a [u8],
+    /// Most bytes that it gives at once.
+    pub(super) most: usize,
+}
+
+pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
+    // SAFETY: the context of `load`'s source, which nobody else uses during the call.
+    let source = unsafe { &mut *ctx.cast::<Source<'_>>() };
+    if bytes.is_null() {
+        return 0;
+    }
+    let count = source.rest.len().min(usize::try_from(length).unwrap_or(usize::MAX)).min(source.most);
+    let (part, rest) = source.rest.split_at(count);
+    // SAFETY: the plugin has room for `length` bytes, and `count` is not above that.
+    unsafe { std::ptr::copy_nonoverlapping(part.as_ptr(), bytes.cast::<u8>(), count) };
+    source.rest = rest;
+    count as u64
+}

@@ -1,0 +1,49 @@
+//! The host's side of the contract: finding, checking and loading libraries, calling them on threads of their own, and
+//! taking over what they emit.
+//!
+//! In the order in which things happen: [`inspect`] reads a file without running it, as an [`image`]; [`library`] opens
+//! one of its [`copies`] on the threads of its [`generation`]; [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
+//! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`streams::check`] has looked at, with the
+//! [`textures`] that an instance made;
+//! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused.
+//!
+//! Every call into a library, and every job, goes through a [`guard`].
+//!
+//! What only `reef plugin check` does to a plugin is in `bare`.
+//!
+//! `unsafe` lives in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
+//! `instance`, `bare` and the two functions of `recorder` that a plugin calls.
+
+#[cfg(target_os = "linux")]
+pub mod bare;
+pub mod copies;
+pub mod envelope;
+mod error;
+pub mod generation;
+pub mod guard;
+mod health;
+pub mod image;
+pub mod info;
+pub mod input;
+pub mod inspect;
+pub mod instance;
+pub mod library;
+mod marker;
+mod names;
+mod pool;
+mod recorder;
+pub mod registry;
+mod scratch;
+mod services;
+
+use reef_streams::{self as streams, meshes, retained, textures};
+
+pub use error::{PluginError, Refusal};
+pub use guard::{Limits, offer_patience, set_limits};
+pub use health::Health;
+pub use info::{ParamInfo, ParamKind, PluginInfo};
+pub use input::StepInput;
+pub use instance::{Instance, StepReport, StepStatus, StepTimes};
+pub use library::{Library, Plugin, pinned};
+pub use registry::{Refused, Registry};
+pub use services::Figure;

@@ -1,0 +1,308 @@
+//! `reef_output`: takes a step's elements into memory of the host. Two sets of outputs take turns (more while the renderer
+//! holds on to older ones), so that after the first steps nothing is allocated.
+
+use std::{ffi::c_void, sync::Arc};
+
+use reef_abi as abi;
+
+use super::{
+    guard, marker,
+    meshes::MeshList,
+    names::version_text,
+    streams::{Lane, Outputs, check, limit, stream_name},
+    textures::TextureList,
+};
+
+const STREAMS: usize = abi::STREAM_COUNT as usize;
+/// Sets of outputs that are kept for reuse.
+const SPARE: usize = 4;
+
+/// What happened to a stream in this step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    reserved: Option<u64>,
+    committed: Option<u64>,
+}
+
+/// The outputs of one instance.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    /// The last good step's.
+    current: Arc<Outputs>,
+    /// The running step's; nobody else has it. None before a step begins.
+    staging: Option<Arc<Outputs>>,
+    /// Former ones, the newest last, to be used again when nobody holds them any more.
+    spare: Vec<Arc<Outputs>>,
+    /// Materials of the running step.
+    materials: Vec<abi::Material>,
+    progress: [Progress; STREAMS],
+    /// Why the first refused call of this step was refused.
+    message: Option<String>,
+    /// As `message`, of calls that fail the step: a plugin that ignores their status must not pass.
+    refused: Option<String>,
+    checker: check::Checker,
+}
+
+impl Recorder {
+    pub(crate) fn new() -> Self {
+        Self {
+            current: Arc::default(),
+            staging: None,
+            spare: Vec::new(),
+            materials: Vec::new(),
+            progress: [Progress::default(); STREAMS],
+            message: None,
+            refused: None,
+            checker: check::Checker::default(),
+        }
+    }
+
+    /// The outputs of the last good step.
+    pub(crate) fn current(&self) -> &Arc<Outputs> {
+        &self.current
+    }
+
+    /// Forgets the last good step: the instance was reset, or has another state.
+    pub(crate) fn forget(&mut self) {
+        self.current = Arc::default();
+    }
+
+    /// Fills all room that no good step's elements are in with nonsense, as the contract allows.
+    pub(super) fn soil(&mut self) {
+        let unused = self.spare.iter_mut().chain(&mut self.staging);
+        for outputs in unused.filter_map(Arc::get_mut) {
+            (1..abi::STREAM_COUNT).filter_map(|stream| lane(outputs, stream).map(Lane::soil)).for_each(drop);
+        }
+        self.materials.soil();
+    }
+
+    /// How many elements of a stream the last step committed.
+    pub(super) fn committed(&self, stream: u32) -> Option<u64> {
+        self.progress.get(stream as usize)?.committed
+    }
+
+    /// A step begins.
+    pub(crate) fn begin(&mut self) {
+        self.progress = [Progress::default(); STREAMS];
+        self.message = None;
+        self.refused = None;
+        if self.staging.as_mut().and_then(Arc::get_mut).is_none() {
+            // The newest that nobody holds: its memory is nearest. Only now are those of the step before the last free.
+            let free = self.spare.iter_mut().rposition(|outputs| Arc::get_mut(outputs).is_some());
+            self.staging = Some(free.map(|free| self.spare.remove(free)).unwrap_or_default());
+        }
+    }
+
+    fn staging(staging: &mut Option<Arc<Outputs>>) -> Option<&mut Outputs> {
+        staging.as_mut().and_then(Arc::get_mut)
+    }
+
+    /// The table for the plugin. Valid until this value is used or moved.
+    pub(crate) fn table(&mut self) -> abi::Output {
+        abi::Output {
+            size: size_of::<abi::Output>() as u32,
+            spare: 0,
+            ctx: (&raw mut *self).cast(),
+            reserve: Some(reserve),
+            commit: Some(commit),
+        }
+    }
+
+    /// Why the first refused call of this step was refused.
+    pub(crate) fn take_message(&mut self) -> Option<String> {
+        self.message.take()
+    }
+
+    /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
+    /// `made`: what the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
+    pub(crate) fn finish(
+        &mut self,
+        flags: u32,
+        made: (TextureList, MeshList),
+        share: check::Share<'_>,
+    ) -> Result<(), String> {
+        if let Some(message) = &self.refused {
+            return Err(message.clone());
+        }
+        let committed = |stream: u32| self.progress[stream as usize].committed;
+        let materials = committed(abi::STREAM_MATERIAL);
+        let debug = flags & abi::STEP_DEBUG != 0;
+        let trace = flags & abi::STEP_TRACE != 0;
+        let mut keep = [0; STREAMS];
+        for stream in 1..abi::STREAM_COUNT {
+            let wanted = match stream {
+                abi::STREAM_DEBUG_LINE => debug,
+                abi::STREAM_TRACE => trace,
+                _ => true,
+            };
+            keep[stream as usize] = committed(stream).filter(|_| wanted).unwrap_or(0) as usize;
+        }
+        let staging = Self::staging(&mut self.staging).ok_or("the host lost its output memory")?;
+        for stream in 1..abi::STREAM_COUNT {
+            if let Some(lane) = lane(staging, stream) {
+                lane.truncate(keep[stream as usize]);
+            }
+        }
+        match materials {
+            Some(count) if self.materials[..count as usize] != self.current.materials[..] => {
+                staging.materials = Arc::new(self.materials[..count as usize].to_vec());
+            }
+            _ => staging.materials = self.current.materials.clone(),
+        }
+        (staging.textures, staging.meshes) = made;
+        self.checker.check(staging, share)?;
+        if let Some(finished) = self.staging.take() {
+            if self.spare.len() >= SPARE {
+                // Left to its holders.
+                self.spare.remove(0);
+            }
+            self.spare.push(std::mem::replace(&mut self.current, finished));
+        }
+        Ok(())
+    }
+
+    fn refuse(&mut self, status: i32, message: String) -> i32 {
+        // A stream that this host does not take may be left out; everything else is a fault that no status can hide.
+        if self.message.is_none() {
+            self.message = Some(message.clone());
+        }
+        if status != abi::UNSUPPORTED && self.refused.is_none() {
+            self.refused = Some(message);
+        }
+        status
+    }
+
+    fn reserve(&mut self, stream: u32, element_size: u32, count: u64) -> Result<*mut c_void, (i32, String)> {
+        let name = stream_name(stream);
+        let limit = match stream {
+            abi::STREAM_OBJECT => limit::OBJECTS,
+            abi::STREAM_MATERIAL => limit::MATERIALS,
+            abi::STREAM_FIBRE => limit::FIBRES,
+            abi::STREAM_FIBRE_NODE => limit::FIBRE_NODES,
+            abi::STREAM_SKINNED => limit::SKINNED,
+            abi::STREAM_JOINT => limit::JOINTS,
+            abi::STREAM_MESH_DRAW => limit::MESH_DRAWS,
+            abi::STREAM_DRAW_VERTEX => limit::DRAW_VERTICES,
+            abi::STREAM_BILLBOARD => limit::BILLBOARDS,
+            abi::STREAM_FLOW => limit::FLOWS,
+            abi::STREAM_ACTOR => limit::ACTORS,
+            abi::STREAM_DEBUG_LINE => limit::DEBUG_LINES,
+            abi::STREAM_TRACE => limit::TRACES,
+            _ if (1..abi::STREAM_COUNT).contains(&stream) => {
+                let version = version_text(abi::VERSION);
+                let message = format!("stream {name}: this host (reef_sim.h {version}) does not take it");
+                return Err((abi::UNSUPPORTED, message));
+            }
+            _ => return Err((abi::BAD_INPUT, format!("reserve: there is no stream {stream}"))),
+        };
+        let staging = Self::staging(&mut self.staging)
+            .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
+        let lane: &mut dyn Lane = match stream {
+            abi::STREAM_MATERIAL => &mut self.materials,
+            _ => lane(staging, stream)
+                .ok_or_else(|| (abi::BAD_INPUT, format!("reserve: there is no stream {stream}")))?,
+        };
+        if element_size as usize != lane.element_size() {
+            return Err((
+                abi::BAD_INPUT,
+                format!("stream {name}: elements of {element_size} bytes; they have {}", lane.element_size()),
+            ));
+        }
+        if count > limit {
+            return Err((abi::NO_SPACE, format!("stream {name}: {count} elements; the limit is {limit}")));
+        }
+        lane.resize(count as usize)
+            .map_err(|error| (abi::NO_SPACE, format!("stream {name}: {count} elements: {error}")))?;
+        let start = lane.start();
+        self.progress[stream as usize] = Progress { reserved: Some(count), committed: None };
+        Ok(start)
+    }
+
+    fn commit(&mut self, stream: u32, count: u64) -> Result<(), (i32, String)> {
+        let name = stream_name(stream);
+        match self.progress.get_mut(stream as usize) {
+            Some(Progress { reserved: Some(reserved), committed }) if count <= *reserved => {
+                *committed = Some(count);
+                Ok(())
+            }
+            Some(Progress { reserved: Some(reserved), .. }) => Err((
+                abi::BAD_INPUT,
+                format!("stream {name}: {count} elements committed, {reserved} reserved"),
+            )),
+            _ => Err((abi::BAD_INPUT, format!("stream {name}: committed without reserve"))),
+        }
+    }
+}
+
+/// A stream of the outputs, but materials, which are shared between steps.
+fn lane(outputs: &mut Outputs, stream: u32) -> Option<&mut dyn Lane> {
+    Some(match stream {
+        abi::STREAM_OBJECT => &mut outputs.objects,
+        abi::STREAM_FIBRE => &mut outputs.fibres,
+        abi::STREAM_FIBRE_NODE => &mut outputs.fibre_nodes,
+        abi::STREAM_SKINNED => &mut outputs.skinned,
+        abi::STREAM_JOINT => &mut outputs.joints,
+        abi::STREAM_MESH_DRAW => &mut outputs.mesh_draws,
+        abi::STREAM_DRAW_VERTEX => &mut outputs.draw_vertices,
+        abi::STREAM_BILLBOARD => &mut outputs.billboards,
+        abi::STREAM_FLOW => &mut outputs.flows,
+        abi::STREAM_ACTOR => &mut outputs.actors,
+        abi::STREAM_DEBUG_LINE => &mut outputs.debug_lines,
+        abi::STREAM_TRACE => &mut outputs.trace,
+        _ => return None,
+    })
+}
+
+/// The recorder behind a context, unless the call comes from where it must not.
+///
+/// # Safety
+/// `ctx` is NULL or the context of [`Recorder::table`], whose step runs on this thread.
+unsafe fn recorder<'a>(ctx: *mut c_void) -> Option<&'a mut Recorder> {
+    if marker::current_job().is_some() || marker::place() == marker::Place::Host {
+        return None; // A job, or a thread of the plugin's own: others may be in here.
+    }
+    // SAFETY: the caller's promise.
+    unsafe { ctx.cast::<Recorder>().as_mut() }
+}
+
+/// The thread is in the host until `service` returned.
+fn in_service<R>(service: impl FnOnce() -> R) -> R {
+    match marker::place() {
+        marker::Place::Plugin(generation) => marker::in_service(generation, service),
+        _ => service(),
+    }
+}
+
+unsafe extern "C" fn reserve(
+    ctx: *mut c_void,
+    stream: u32,
+    element_size: u32,
+    count: u64,
+    out: *mut *mut c_void,
+) -> i32 {
+    guard::require_stack();
+    // SAFETY: the contract's pointer.
+    let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
+    if out.is_null() || !out.is_aligned() {
+        return recorder.refuse(abi::BAD_INPUT, "reserve: the result's place is NULL or misaligned".into());
+    }
+    guard::probe_write(out.cast(), size_of::<*mut c_void>());
+    in_service(|| match recorder.reserve(stream, element_size, count) {
+        Ok(start) => {
+            // SAFETY: checked and touched above.
+            unsafe { out.write(start) };
+            abi::OK
+        }
+        Err((status, message)) => recorder.refuse(status, message),
+    })
+}
+
+unsafe extern "C" fn commit(ctx: *mut c_void, stream: u32, count: u64) -> i32 {
+    guard::require_stack();
+    // SAFETY: the contract's pointer.
+    let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
+    in_service(|| match recorder.commit(stream, count) {
+        Ok(()) => abi::OK,
+        Err((status, message)) => recorder.refuse(status, message),
+    })
+}

@@ -1,0 +1,78 @@
+//! `reef scene`: errors without running, the JSON Schema for editors, the reference for people.
+
+use std::path::PathBuf;
+
+use reef_command::{Common, open};
+use reef_report::{
+    diagnostic,
+    failure::{Failure, Outcome},
+    say::{say, shown},
+};
+use reef_sea::scene::{reference, schema};
+use serde_json::json;
+
+/// Options of `reef scene`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Subcommands of `reef scene`.
+#[derive(clap::Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Checks scenes without running them.
+    Check {
+        /// Scenes to check: files, or names of those in assets/scenes.
+        #[arg(required = true)]
+        scenes: Vec<PathBuf>,
+    },
+    /// Prints the JSON Schema of scenes, with the tables of all plugins that are found.
+    Schema,
+    /// Prints the reference of all keys as Markdown (assets/scenes/README.md).
+    Reference,
+}
+
+/// Runs the subcommand.
+pub fn run(common: &Common, args: &Args) -> Outcome {
+    let plugins = open::plugins(common)?;
+    match &args.command {
+        Command::Check { scenes } => {
+            let mut answers = Vec::new();
+            let mut failed = None;
+            for path in scenes {
+                match open::scene(common, path, &plugins) {
+                    Ok(scene) if common.json => {
+                        answers.push(json!({ "scene": shown(path), "ok": true, "name": scene.name }));
+                    }
+                    Ok(_) => say(format_args!("{}: fine", path.display())),
+                    Err(failure) => {
+                        if common.json {
+                            let error = failure.to_string();
+                            answers.push(json!({ "scene": shown(path), "ok": false, "error": error }));
+                        }
+                        // The last failure ends the command; those before it are told here.
+                        if let Some(before) = failed.replace(failure) {
+                            diagnostic::tell(&before.report);
+                        }
+                    }
+                }
+            }
+            if common.json {
+                say(json!(answers));
+            }
+            failed.map_or(Ok(()), Err)
+        }
+        Command::Schema => {
+            let text = serde_json::to_string_pretty(&schema::merged(plugins.infos().map(|info| &**info)));
+            say(text.map_err(|error| Failure::input(miette::miette!("{error}")))?);
+            Ok(())
+        }
+        Command::Reference => {
+            let text = reference::markdown(plugins.infos().map(|info| &**info));
+            say(text.trim_end());
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,492 @@
+//! The fibres: compute passes that blend, cull, choose detail and skin, and the draws.
+//!
+//! 1. `fibre_rings.comp`, one invocation a fibre: node chains of two steps → rings, or nothing where it is culled;
+//! 2. `fibre_scan.comp`, one work group: where each fibre's vertices and indices lie, in the fibres' order;
+//! 3. `fibre_skin.comp`, one work group a tube: vertices in clip space and triangles;
+//! 4. `fibre_ribbon.comp`, one invocation a lit ribbon: a strip of vertices with their light;
+//! 5. `fibre.vert` and `fibre.frag` (`fibre_textured.frag` where a material has a texture) draw the tubes, `fibre_ribbon.vert` and
+//!    `fibre_ribbon.frag` the lit ribbons.
+//!
+//! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
+//! shaded there, and last where they are so thin that their edges fade.
+//!
+//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they cover three
+//! quarters or more, with depth, then, over all of these, the pixels of which they cover less, without. A fringe that wrote depth would
+//! cut a rim of background into what stands behind it.
+//!
+//! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use reef_gpu::{
+    Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
+    Pipeline, Resource, Result, Upload, VertexDesc,
+};
+
+use super::{
+    formats::DEPTH,
+    gather::Gathered,
+    layers::Layers,
+    lod::{RINGS, Thresholds},
+    quality::Quality,
+    targets::Targets,
+};
+
+/// Words of a tube's vertex, as in `fibre_skin.comp`.
+pub const VERTEX_WORDS: usize = 12;
+/// Words of a lit ribbon's vertex, as in `fibre_ribbon.comp`.
+pub const STRIP_WORDS: usize = 6;
+/// Vertices of a lit ribbon at most.
+const STRIP_VERTICES: u64 = 2 * RINGS as u64 + 2;
+/// Vertices of one picture at most: their buffer has to stay below 128 MiB, the least that Vulkan promises.
+const MOST_VERTICES: u64 = 2_750_000;
+/// Vertices of one picture's lit ribbons at most, for the same reason.
+const MOST_STRIP_VERTICES: u64 = 5_000_000;
+/// Indices of one picture at most.
+const MOST_INDICES: u64 = 24_000_000;
+/// Work groups along x; the rest goes along y.
+const GROUPS_X: u32 = 32_768;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct RingsPush {
+    fibre_count: u32,
+    use_lod: u32,
+    ring_step: f32,
+    side_error: f32,
+    lit_ribbon: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ScanPush {
+    fibre_count: u32,
+    vertex_limit: u32,
+    index_limit: u32,
+    groups_x: u32,
+}
+
+/// What the scan wrote, `Draws` of `shaders/fibre.glsl`: the draws, and counts for people.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct DrawCounts {
+    /// Indices of the tubes that are no ribbons.
+    pub indices: u32,
+    /// 1.
+    pub instances: u32,
+    /// 0.
+    pub first_index: u32,
+    /// 0.
+    pub vertex_offset: i32,
+    /// 0.
+    pub first_instance: u32,
+    /// Vertices of the tubes.
+    pub vertices: u32,
+    /// Fibres that are drawn.
+    pub drawn: u32,
+    /// Fibres that did not fit into the buffers.
+    pub left_out: u32,
+    /// Vertices, 1, first vertex, 0 of the lit ribbons that hide what is behind them.
+    pub solid: [u32; 4],
+    /// The same of those that let it through.
+    pub thin: [u32; 4],
+    /// Work groups that skin the tubes, and how many tubes there are.
+    pub groups: [u32; 4],
+    /// Indices, 1, first index, 0 of the tubes that are ribbons, after those of all others.
+    pub flat: [u32; 4],
+    /// 0.
+    pub flat_instance: [u32; 4],
+}
+
+/// Where the draws of lit ribbons lie in [`DrawCounts`], and the tubes' work groups.
+const SOLID_DRAW: u64 = 32;
+const THIN_DRAW: u64 = 48;
+const TUBE_GROUPS: u64 = 64;
+/// Where the draw of the tubes that are ribbons lies.
+const FLAT_DRAW: u64 = 80;
+
+struct Buffers {
+    fibres: u64,
+    vertices: u64,
+    choices: Buffer,
+    rings: Buffer,
+    vertex: Buffer,
+    index: Buffer,
+    draw: Buffer,
+    tubes: Buffer,
+    strips: Buffer,
+}
+
+impl Buffers {
+    /// Whether so many fibres could all be lit ribbons.
+    fn strips_fit(&self, fibres: u32) -> bool {
+        u64::from(fibres) * STRIP_VERTICES * STRIP_WORDS as u64 * 4 <= self.strips.size()
+    }
+}
+
+/// What is compiled into the fragment shader: a software rasteriser runs both sides of every branch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Variant {
+    quality: Quality,
+    /// Bit n: some material has pattern n.
+    patterns: u32,
+    /// Some material has a texture.
+    textured: bool,
+}
+
+/// The fibre passes.
+pub struct Fibres {
+    gpu: Gpu,
+    rings: Pipeline,
+    scan: Pipeline,
+    skin: Pipeline,
+    ribbon: Pipeline,
+    ribbons: Ribbons,
+    /// One for each set of patterns and quality that was met.
+    draws: Vec<(Variant, Draws)>,
+    variant: Variant,
+    buffers: Option<Buffers>,
+    materials: Option<Upload>,
+    any: bool,
+    /// Whether fibres may be lit ribbons in this picture.
+    lit: bool,
+}
+
+/// The draws of tubes: all but the fringes of those that are ribbons, and these.
+struct Draws {
+    core: Pipeline,
+    fringe: Pipeline,
+}
+
+/// The draws of lit ribbons; `thin`: the core and the fringe of those whose edges fade.
+struct Ribbons {
+    solid: Pipeline,
+    thin: [Pipeline; 2],
+}
+
+impl Fibres {
+    /// Describes the pipelines; nothing is compiled yet.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            gpu: gpu.clone(),
+            rings: Pipeline::compute(gpu, "fibre_rings.comp", &[]),
+            scan: Pipeline::compute(gpu, "fibre_scan.comp", &[]),
+            skin: Pipeline::compute(gpu, "fibre_skin.comp", &[]),
+            // A lit ribbon has no pattern.
+            ribbon: Pipeline::compute(gpu, "fibre_ribbon.comp", &[Quality::Low.constant(), (1, 0)]),
+            ribbons: Ribbons {
+                solid: ribbon_pipeline(gpu, "solid ribbons", Blend::Replace, 0),
+                thin: [("thin ribbons", 1), ("fringes of thin ribbons", 2)]
+                    .map(|(name, part)| ribbon_pipeline(gpu, name, Blend::Alpha, part)),
+            },
+            draws: Vec::new(),
+            variant: Variant::default(),
+            buffers: None,
+            materials: None,
+            any: false,
+            lit: false,
+        }
+    }
+
+    /// Compiles the pipelines now.
+    pub fn prepare(&self) -> Result<()> {
+        [&self.rings, &self.scan, &self.skin].into_iter().try_for_each(Pipeline::prepare)
+    }
+
+    /// The compute passes. `limits` None: everything at full detail, nothing culled.
+    pub fn skin(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        gathered: &Gathered,
+        limits: Option<&Thresholds>,
+        quality: Quality,
+    ) -> Result<()> {
+        self.any = !gathered.fibres.is_empty();
+        if !self.any {
+            return Ok(());
+        }
+        let count = gathered.fibres.len() as u32;
+        let patterns =
+            gathered.materials.iter().fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
+        self.variant = Variant { quality, patterns, textured: gathered.is_textured() };
+        if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
+            let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
+                .map(|(name, fringe)| draw_pipeline(&self.gpu, name, self.variant, fringe));
+            self.draws.push((self.variant, Draws { core, fringe }));
+        }
+        let fibres = frame.upload(&gathered.fibres)?;
+        let objects = frame.upload(&gathered.objects)?;
+        let previous = frame.upload(&gathered.previous_nodes)?;
+        let current = frame.upload(&gathered.current_nodes)?;
+        self.materials = Some(frame.upload(&gathered.materials)?);
+        self.reserve(u64::from(count), gathered.full_vertices())?;
+        let Some(b) = &self.buffers else { return Ok(()) };
+        let full = Thresholds::default();
+        let chosen = limits.unwrap_or(&full);
+        // Light that is shown at once is low quality's.
+        self.lit =
+            quality == Quality::Low && limits.is_some_and(|l| l.lit_ribbon > 0.0) && b.strips_fit(count);
+
+        frame
+            .pass("fibres: cull, detail, rings")
+            .write(&b.choices, Access::ComputeWrite)
+            .write(&b.rings, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.rings)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, objects.into()),
+                    (3, previous.into()),
+                    (4, current.into()),
+                    (5, (&b.choices).into()),
+                    (6, (&b.rings).into()),
+                ])?;
+                cmd.push(&RingsPush {
+                    fibre_count: count,
+                    use_lod: u32::from(limits.is_some()),
+                    ring_step: chosen.ring_step,
+                    side_error: chosen.side_error,
+                    lit_ribbon: if self.lit { chosen.lit_ribbon } else { 0.0 },
+                })?;
+                cmd.dispatch_over(count)
+            })?;
+        frame
+            .pass("fibres: offsets")
+            .read(&b.choices, Access::ComputeRead)
+            .write(&b.choices, Access::ComputeWrite)
+            .write(&b.draw, Access::ComputeWrite)
+            .write(&b.tubes, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.scan)?;
+                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])?;
+                cmd.push(&ScanPush {
+                    fibre_count: count,
+                    vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
+                    index_limit: (b.index.size() / 4) as u32,
+                    groups_x: GROUPS_X,
+                })?;
+                cmd.dispatch(1, 1, 1);
+                Ok(())
+            })?;
+        frame
+            .pass("fibres: skin")
+            .read(&b.choices, Access::ComputeRead)
+            .read(&b.rings, Access::ComputeRead)
+            .read(&b.tubes, Access::ComputeRead)
+            .read(&b.draw, Access::ComputeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .write(&b.vertex, Access::ComputeWrite)
+            .write(&b.index, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, (&b.choices).into()),
+                    (3, (&b.rings).into()),
+                    (4, (&b.vertex).into()),
+                    (5, (&b.index).into()),
+                    (6, (&b.tubes).into()),
+                    (7, (&b.draw).into()),
+                ])?;
+                cmd.push(&GROUPS_X)?;
+                cmd.dispatch_indirect(Data::Part(&b.draw, TUBE_GROUPS, 12))
+            })?;
+        let (true, Some(materials)) = (self.lit, self.materials) else { return Ok(()) };
+        frame
+            .pass("fibres: ribbons")
+            .read(&b.choices, Access::ComputeRead)
+            .write(&b.strips, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbon)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, fibres.into()),
+                    (2, objects.into()),
+                    (3, previous.into()),
+                    (4, current.into()),
+                    (5, (&b.choices).into()),
+                    (6, materials.into()),
+                    (7, (&b.strips).into()),
+                ])?;
+                cmd.push(&count)?;
+                cmd.dispatch_over(count)
+            })
+    }
+
+    /// The draw of lit ribbons that hide what is behind them: before everything that they may hide.
+    pub fn draw_solid(&self, frame: &mut Frame<'_>, targets: &Targets<'_>) -> Result<()> {
+        let (Some(b), true) = (&self.buffers, self.any && self.lit) else { return Ok(()) };
+        frame
+            .pass("fibres: solid")
+            .read(&b.strips, Access::AttributeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbons.solid)?;
+                cmd.vertices(0, &b.strips)?;
+                cmd.draw_indirect(Data::Part(&b.draw, SOLID_DRAW, 16), 1)
+            })
+    }
+
+    /// The draw of all other fibres, over the background.
+    pub fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        layers: &Layers,
+        targets: &Targets<'_>,
+    ) -> Result<()> {
+        let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
+            return Ok(());
+        };
+        let Some((_, draws)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
+            return Ok(());
+        };
+        let mut bound = vec![(0, view.into()), (1, materials.into())];
+        let mut pass = frame.pass("fibres: draw");
+        if let (true, Some((texels, sampler))) = (self.variant.textured, layers.image()) {
+            pass = pass.read(texels, Access::FragmentSampled);
+            bound.push((2, Resource::Texture(texels, sampler)));
+        }
+        pass.read(&b.vertex, Access::AttributeRead)
+            .read(&b.index, Access::IndexRead)
+            .read(&b.strips, Access::AttributeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .run(|cmd| {
+                cmd.pipeline(&draws.core)?;
+                cmd.bind(&bound)?;
+                cmd.vertices(0, &b.vertex)?;
+                cmd.indices(&b.index, vk::IndexType::UINT32)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)?;
+                if self.lit {
+                    let [core, fringe] = &self.ribbons.thin;
+                    cmd.vertices(0, &b.strips)?;
+                    for pipeline in [core, fringe] {
+                        cmd.pipeline(pipeline)?;
+                        cmd.draw_indirect(Data::Part(&b.draw, THIN_DRAW, 16), 1)?;
+                    }
+                    cmd.vertices(0, &b.vertex)?;
+                }
+                cmd.pipeline(&draws.fringe)?;
+                cmd.bind(&bound)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)
+            })
+    }
+
+    /// What the last picture's scan counted. Waits for the device: for tests and benches.
+    pub fn counts(&self) -> Result<DrawCounts> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(DrawCounts::default()) };
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
+    }
+
+    /// Vertices and indices of the last picture, those of ribbons last. Waits for the device: for tests.
+    pub fn read_back(&self) -> Result<(Vec<[u32; VERTEX_WORDS]>, Vec<u32>)> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok((Vec::new(), Vec::new())) };
+        let counts = self.counts()?;
+        let words = |bytes: Vec<u8>, most: usize| -> Vec<u32> {
+            bytes.chunks_exact(4).take(most).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect()
+        };
+        let vertices = words(self.gpu.read_buffer(&b.vertex)?, counts.vertices as usize * VERTEX_WORDS);
+        let vertices = vertices
+            .chunks_exact(VERTEX_WORDS)
+            .map(|v| {
+                let mut vertex = [0; VERTEX_WORDS];
+                vertex.copy_from_slice(v);
+                vertex
+            })
+            .collect();
+        Ok((vertices, words(self.gpu.read_buffer(&b.index)?, (counts.indices + counts.flat[0]) as usize)))
+    }
+
+    /// Vertices of the last picture's lit ribbons, the solid ones first. Waits for the device: for tests.
+    pub fn read_back_strips(&self) -> Result<Vec<[u32; STRIP_WORDS]>> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(Vec::new()) };
+        let counts = self.counts()?;
+        let bytes = self.gpu.read_buffer(&b.strips)?;
+        let vertices = bytes.chunks_exact(STRIP_WORDS * 4).take((counts.solid[0] + counts.thin[0]) as usize);
+        Ok(vertices.map(bytemuck::pod_read_unaligned).collect())
+    }
+
+    /// Makes the buffers great enough; they only grow.
+    fn reserve(&mut self, fibres: u64, vertices: u64) -> Result<()> {
+        let vertices = vertices.min(MOST_VERTICES);
+        if self.buffers.as_ref().is_some_and(|b| b.fibres >= fibres && b.vertices >= vertices) {
+            return Ok(());
+        }
+        let fibres = fibres.next_power_of_two().max(256);
+        let vertices = vertices.next_power_of_two().clamp(4096, MOST_VERTICES);
+        let buffer = |name, size, usage| {
+            let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(&self.gpu, &BufferDesc { name, size, usage, memory: Memory::Device })
+        };
+        use vk::BufferUsageFlags as U;
+        self.buffers = Some(Buffers {
+            fibres,
+            vertices,
+            choices: buffer("fibre choices", fibres * 32, U::empty())?,
+            rings: buffer("fibre rings", fibres * u64::from(RINGS) * 64, U::empty())?,
+            vertex: buffer("fibre vertices", vertices * VERTEX_WORDS as u64 * 4, U::VERTEX_BUFFER)?,
+            // Six indices a quad, one quad a vertex at most.
+            index: buffer("fibre indices", (vertices * 6).min(MOST_INDICES) * 4, U::INDEX_BUFFER)?,
+            draw: buffer("fibre draw", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
+            tubes: buffer("tubes", fibres * 4, U::empty())?,
+            strips: buffer(
+                "ribbon strips",
+                (fibres * STRIP_VERTICES).min(MOST_STRIP_VERTICES) * STRIP_WORDS as u64 * 4,
+                U::VERTEX_BUFFER,
+            )?,
+        });
+        Ok(())
+    }
+}
+
+fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipeline {
+    use vk::Format as F;
+    let attributes = [
+        (0, F::R32G32B32A32_SFLOAT, 0),
+        (1, F::R16G16B16A16_SNORM, 16),
+        (2, F::R16G16_SNORM, 24),
+        (3, F::R16G16_SFLOAT, 28),
+        (4, F::R32G32B32_UINT, 32),
+        (5, F::R32_SFLOAT, 44),
+    ];
+    let vertices =
+        [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let draw = GraphicsDesc {
+        cull: vk::CullModeFlags::BACK,
+        vertices: &vertices,
+        color: &[(variant.quality.format(), Blend::Alpha)],
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !fringe }),
+        constants: &[variant.quality.constant(), (1, variant.patterns), (2, u32::from(fringe))],
+        ..GraphicsDesc::new(
+            name,
+            "fibre.vert",
+            if variant.textured { "fibre_textured.frag" } else { "fibre.frag" },
+        )
+    };
+    Pipeline::graphics(gpu, &draw)
+}
+
+/// `part`: `PART` of `fibre_ribbon.frag`.
+fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend, part: u32) -> Pipeline {
+    use vk::Format as F;
+    let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R8G8B8A8_SNORM, 20)];
+    let vertices =
+        [VertexDesc { stride: STRIP_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let draw = GraphicsDesc {
+        topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
+        vertices: &vertices,
+        color: &[(Quality::Low.format(), blend)],
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: part != 2 }),
+        constants: &[(0, part)],
+        ..GraphicsDesc::new(name, "fibre_ribbon.vert", "fibre_ribbon.frag")
+    };
+    Pipeline::graphics(gpu, &draw)
+}

@@ -1,0 +1,172 @@
+//! An edited scene in the place of the running one. Modules whose name, plugin and configuration are the same go on as they
+//! are; the others begin anew. All that takes time is made beforehand, beside the sea.
+
+use std::sync::Arc;
+
+use reef_plugin::{Instance, Registry};
+use reef_streams::environment::Environment;
+
+use crate::{
+    scene::Scene,
+    step::{
+        camera::Camera,
+        exchange::Exchange,
+        journal::{Input, Journal, ParamInput},
+        sea::{Member, World, WorldError, instance_of, raw_water},
+        setting,
+        water::Water,
+        waves::Waves,
+    },
+};
+
+/// What an edited scene is compared with.
+#[derive(Clone, Debug)]
+pub struct Before {
+    serial: u64,
+    modules: Vec<Known>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Known {
+    name: String,
+    plugin: String,
+    config: String,
+}
+
+/// An edited scene, ready to be taken up.
+#[derive(Debug)]
+pub struct Edition {
+    serial: u64,
+    seed: u64,
+    environment: Environment,
+    trains: Waves,
+    camera: Camera,
+    water: Water,
+    /// One a module: a new instance, or the number of the one that goes on.
+    places: Vec<Place>,
+    scene: Scene,
+}
+
+#[derive(Debug)]
+enum Place {
+    GoesOn(usize),
+    Anew(Box<Instance>),
+}
+
+/// What taking up an edited scene did.
+#[derive(Debug)]
+pub struct Adopted {
+    /// Modules that go on.
+    pub carried: Vec<String>,
+    /// Modules that began anew.
+    pub anew: Vec<String>,
+    /// Instances that nobody needs any more.
+    pub former: Vec<Instance>,
+}
+
+fn known(scene: &Scene, seed: u64) -> Vec<Known> {
+    let known = |module: &crate::scene::Module| Known {
+        name: module.name.clone(),
+        plugin: module.plugin.clone(),
+        config: module.create_json(scene, seed),
+    };
+    scene.modules.iter().map(known).collect()
+}
+
+impl Edition {
+    /// Makes all that is new in a scene. `seed`: in place of the scene's own.
+    pub fn new(
+        scene: Scene,
+        seed: Option<u64>,
+        before: &Before,
+        plugins: &Registry,
+    ) -> Result<Self, WorldError> {
+        let seed = seed.unwrap_or(scene.file.scene.seed);
+        let mut places = Vec::new();
+        for (module, new) in scene.modules.iter().zip(known(&scene, seed)) {
+            places.push(match before.modules.iter().position(|old| *old == new) {
+                Some(at) => Place::GoesOn(at),
+                None => Place::Anew(Box::new(instance_of(module, &new.config, plugins)?)),
+            });
+        }
+        let trains = Waves::new(&scene.file, seed)?;
+        Ok(Self {
+            serial: before.serial,
+            seed,
+            environment: setting::environment(&scene.file, seed, &trains),
+            trains,
+            camera: Camera::new(&scene.file.camera)?,
+            water: Water::new(&scene)?,
+            places,
+            scene,
+        })
+    }
+}
+
+impl World {
+    /// What an edited scene is to be compared with.
+    pub fn before(&self) -> Before {
+        Before { serial: self.serial, modules: known(&self.scene, self.seed) }
+    }
+
+    /// Takes up an edited scene; where no module goes on, the sea begins at its first moment. `Err`: it was made for another
+    /// sea than this one is now.
+    pub fn adopt(&mut self, edition: Edition) -> Result<Adopted, Box<Edition>> {
+        if edition.serial != self.serial {
+            return Err(Box::new(edition));
+        }
+        self.serial += 1;
+        let Edition { seed, environment, trains, camera, water, places, scene, .. } = edition;
+        let mut old: Vec<Option<Member>> = std::mem::take(&mut self.members).into_iter().map(Some).collect();
+        let mut exchange = Exchange::new(places.len());
+        let (mut carried, mut anew, mut heard) = (Vec::new(), Vec::new(), Vec::new());
+        let mut wanted = Vec::new();
+        for (at, (place, module)) in places.into_iter().zip(&scene.modules).enumerate() {
+            let goes_on = match &place {
+                Place::GoesOn(former) => old.get_mut(*former).and_then(Option::take).map(|m| (*former, m)),
+                Place::Anew(_) => None,
+            };
+            let member = match (goes_on, place) {
+                (Some((former, mut member)), _) => {
+                    exchange.said[at] = std::mem::take(&mut self.exchange.said[former]);
+                    heard.push((at, exchange.said[at].clone()));
+                    carried.push(module.name.clone());
+                    wanted.extend(member.changed_params(&module.params).map(|change| (at, change)));
+                    member.go_on(&module.params);
+                    member
+                }
+                (None, Place::Anew(instance)) => {
+                    anew.push(module.name.clone());
+                    Member::new(&module.name, &module.params, *instance)
+                }
+                // Two modules cannot have one name, so each goes on once.
+                (None, Place::GoesOn(_)) => continue,
+            };
+            self.members.push(member);
+        }
+        if carried.is_empty() || self.clock.dt != scene.file.scene.dt {
+            self.clock.step = 0;
+            self.pokes.clear();
+            self.hand_camera = None;
+        }
+        self.clock.dt = scene.file.scene.dt;
+        let raw_water = raw_water(&scene);
+        self.settle(seed, Arc::new(environment), trains, camera, water, raw_water, exchange);
+        self.journal = Journal::new(&scene.name, seed, self.clock.dt, self.clock.step);
+        self.scene = Arc::new(scene);
+        self.look_again();
+        // What was said in the last step counts, not what looking says.
+        for (at, said) in heard {
+            self.exchange.said[at] = said;
+        }
+        for (at, (id, value)) in wanted {
+            let member = &self.members[at];
+            let param = member.instance.info().params.iter().find(|param| param.id == id);
+            let key = param.map_or_else(String::new, |param| param.key.clone());
+            let input = ParamInput { module: member.name.clone(), key, id, value };
+            self.ask(Input::Param(input));
+        }
+        let former = old.into_iter().flatten().map(|member| member.instance).collect();
+        Ok(Adopted { carried, anew, former })
+    }
+}

@@ -1,0 +1,20 @@
+//! What lets code and scene change while the sea runs: newer builds of plugins take the places of older ones, an older build
+//! takes over from one that fails, an edited scene is taken up where it allows.
+//!
+//! [`Live`] tends to it between two steps. `files` says what changed, `workshop` works beside the sea, `ledger` knows what
+//! runs; `recent` remembers the last steps, [`swap`] puts other instances in the places of running ones, and [`adopt`] takes
+//! up an edited scene. [`pace()`] runs all of it in real time without a window.
+
+pub mod adopt;
+mod files;
+mod lease;
+mod ledger;
+mod live;
+mod pace;
+pub(crate) mod recent;
+pub mod swap;
+mod workshop;
+
+pub use ledger::Standing;
+pub use live::{Arrival, Counts, GRACE, Gravity, Live, Notice, REMEMBER, Setup, Tended, sleep_until};
+pub use pace::{Lateness, pace};

@@ -1,0 +1,19 @@
+//! [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`] (keyframed flow), under [`waves`], over
+//! [`terrain`], with what came from outside ([`journal`]) and what modules told one another in the step before (`exchange`);
+//! a [`timeline`] keeps the last two steps. [`state`] saves and loads all of it; [`record`] and [`hash`] write down what
+//! happened.
+
+pub mod camera;
+pub mod clock;
+pub(crate) mod exchange;
+pub mod hash;
+pub mod journal;
+pub mod random;
+pub mod record;
+pub mod sea;
+pub mod setting;
+pub mod state;
+pub mod terrain;
+pub mod timeline;
+pub mod water;
+pub mod waves;

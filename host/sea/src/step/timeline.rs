@@ -1,0 +1,142 @@
+//! Real time against the sea's: how many steps a picture needs, and between which two steps it lies.
+
+use std::sync::Arc;
+
+use reef_streams::frame::Frame;
+
+use super::sea::World;
+
+/// Most steps between two pictures; a machine that needs more shows a slower sea.
+pub const MOST_STEPS: u32 = 8;
+/// Slowest and fastest speed.
+pub const SPEEDS: (f64, f64) = (0.05, 8.0);
+
+/// A world and the two newest of its frames.
+#[derive(Debug)]
+pub struct Timeline {
+    /// The sea.
+    pub world: World,
+    /// Whether it stands still.
+    pub paused: bool,
+    speed: f64,
+    previous: Arc<Frame>,
+    current: Arc<Frame>,
+    /// Time of the sea that has passed since the newest step [s].
+    surplus: f64,
+    /// Share of the wanted speed that was reached, while it is not all.
+    behind: Option<f64>,
+}
+
+/// What one picture shows.
+#[derive(Clone, Debug)]
+pub struct Blend {
+    /// The older of two steps.
+    pub previous: Arc<Frame>,
+    /// The newer.
+    pub current: Arc<Frame>,
+    /// Where between them, 0 to 1.
+    pub alpha: f32,
+}
+
+impl Timeline {
+    /// A sea at its present step.
+    pub fn new(world: World) -> Self {
+        let frame = world.frame().clone();
+        Self {
+            world,
+            paused: false,
+            speed: 1.0,
+            previous: frame.clone(),
+            current: frame,
+            surplus: 0.0,
+            behind: None,
+        }
+    }
+
+    /// Times real time.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Changes the speed, within [`SPEEDS`].
+    pub fn set_speed(&mut self, speed: f64) {
+        if speed.is_finite() {
+            self.speed = speed.clamp(SPEEDS.0, SPEEDS.1);
+        }
+    }
+
+    /// Share of the wanted speed that the last pictures reached; None: all of it.
+    pub fn behind(&self) -> Option<f64> {
+        self.behind
+    }
+
+    /// Lets real time pass [s]; returns how many steps were made.
+    pub fn advance(&mut self, seconds: f64) -> u32 {
+        self.advance_with(seconds, |_| {})
+    }
+
+    /// Like [`Timeline::advance`], looking at the world after each step.
+    pub fn advance_with(&mut self, seconds: f64, mut look: impl FnMut(&mut World)) -> u32 {
+        if self.paused {
+            self.behind = None;
+            return 0;
+        }
+        let dt = self.world.clock().dt;
+        let wanted = seconds.max(0.0) * self.speed;
+        self.surplus += wanted;
+        let mut steps = 0;
+        while self.surplus >= dt && steps < MOST_STEPS {
+            self.surplus -= dt;
+            self.step();
+            look(&mut self.world);
+            steps += 1;
+        }
+        if self.surplus >= dt {
+            // What is lost is lost: the sea runs slower and never catches up in a rush.
+            let made = f64::from(steps) * dt;
+            self.behind = Some((made / (made + self.surplus)).clamp(0.0, 1.0));
+            self.surplus %= dt;
+        } else {
+            self.behind = None;
+        }
+        steps
+    }
+
+    /// One step, paused or not.
+    pub fn step(&mut self) {
+        self.world.step();
+        self.previous = std::mem::replace(&mut self.current, self.world.frame().clone());
+    }
+
+    /// One step while paused: the picture then shows just that step.
+    pub fn single_step(&mut self) {
+        self.step();
+        self.surplus = 0.0;
+        self.previous = self.current.clone();
+    }
+
+    /// Back to the start.
+    pub fn reset(&mut self) {
+        self.world.reset();
+        self.jump();
+    }
+
+    /// The world was changed from outside (a loaded state): forget what was before.
+    pub fn jump(&mut self) {
+        self.current = self.world.frame().clone();
+        self.previous = self.current.clone();
+        self.surplus = 0.0;
+    }
+
+    /// Modules took others' places while the sea stands still: the newest picture is theirs.
+    pub fn look_again(&mut self) {
+        self.current = self.world.frame().clone();
+        self.previous = self.current.clone();
+    }
+
+    /// What a picture shows now.
+    pub fn blend(&self) -> Blend {
+        let alpha = (self.surplus / self.world.clock().dt).clamp(0.0, 1.0) as f32;
+        Blend { previous: self.previous.clone(), current: self.current.clone(), alpha }
+    }
+}
