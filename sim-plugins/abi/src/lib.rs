@@ -886,3 +886,16 @@ pub const fn fnv1a_32(bytes: &[u8]) -> u32 {
     }
     hash
 }
+
+/// A unit vector as vertices have it: on an octahedron, 16 bits a coordinate.
+pub fn pack_normal([x, y, z]: [f32; 3]) -> u32 {
+    let d = x.abs() + y.abs() + z.abs();
+    if d <= 0.0 {
+        return 0;
+    }
+    let (a, b) = (x / d, y / d);
+    let sign = |v: f32| if v < 0.0 { -1.0 } else { 1.0 };
+    let (a, b) = if z < 0.0 { ((1.0 - b.abs()) * sign(a), (1.0 - a.abs()) * sign(b)) } else { (a, b) };
+    let sixteen = |v: f32| u32::from(((v * 32767.0).round() as i16).cast_unsigned());
+    sixteen(a) | sixteen(b) << 16
+}

@@ -1,4 +1,4 @@
-//! Meshes that an instance makes once, and the packed normals of their vertices.
+//! Meshes that an instance makes once.
 
 use std::ffi::CString;
 
@@ -103,22 +103,9 @@ impl Drop for Mesh {
     }
 }
 
-/// A unit vector as vertices have it: on an octahedron, 16 bits a coordinate.
-pub fn pack_normal([x, y, z]: [f32; 3]) -> u32 {
-    let d = x.abs() + y.abs() + z.abs();
-    if d <= 0.0 {
-        return 0;
-    }
-    let (a, b) = (x / d, y / d);
-    let sign = |v: f32| if v < 0.0 { -1.0 } else { 1.0 };
-    let (a, b) = if z < 0.0 { ((1.0 - b.abs()) * sign(a), (1.0 - a.abs()) * sign(b)) } else { (a, b) };
-    let sixteen = |v: f32| u32::from(((v * 32767.0).round() as i16).cast_unsigned());
-    sixteen(a) | sixteen(b) << 16
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use reef_abi::pack_normal;
 
     /// As the header has it, backwards.
     fn unpack(packed: u32) -> [f32; 3] {
