@@ -45,7 +45,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x2945f932c21fbc2d)
+#define REEF_HEADER_HASH UINT64_C(0x0d3212f250b54ff6)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -88,14 +88,14 @@ extern "C" {
 #define REEF_STREAM_FIBRE_NODE 4u  /* reef_fibre_node */
 #define REEF_STREAM_SKINNED 5u     /* reef_skinned: a mesh uploaded once, moved by joints */
 #define REEF_STREAM_JOINT 6u       /* reef_joint */
-#define REEF_STREAM_BILLBOARD 8u   /* reef_billboard */
-#define REEF_STREAM_MESH_DRAW 9u   /* reef_mesh_draw: a mesh uploaded once, with vertices made anew */
-#define REEF_STREAM_DRAW_VERTEX 10u /* reef_draw_vertex */
-#define REEF_STREAM_FLOW 12u       /* reef_flow: what this instance does to the water, felt in the next step */
-#define REEF_STREAM_ACTOR 13u      /* reef_actor: what others may perceive, follow, avoid, pick, in the next step */
-#define REEF_STREAM_DEBUG_LINE 14u /* reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG */
-#define REEF_STREAM_TRACE 15u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
-#define REEF_STREAM_COUNT 16u
+#define REEF_STREAM_MESH_DRAW 7u   /* reef_mesh_draw: a mesh uploaded once, with vertices made anew */
+#define REEF_STREAM_DRAW_VERTEX 8u /* reef_draw_vertex */
+#define REEF_STREAM_BILLBOARD 9u   /* reef_billboard */
+#define REEF_STREAM_FLOW 10u       /* reef_flow: what this instance does to the water, felt in the next step */
+#define REEF_STREAM_ACTOR 11u      /* reef_actor: what others may perceive, follow, avoid, pick, in the next step */
+#define REEF_STREAM_DEBUG_LINE 12u /* reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG */
+#define REEF_STREAM_TRACE 13u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
+#define REEF_STREAM_COUNT 14u
 
 /* Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped). */
 #define REEF_FLAG_NO_BLEND 1u
@@ -207,7 +207,7 @@ typedef struct reef_billboard {
 
 /* An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour and glow, the stream
  * positions, normals and thickness. 48 bytes.
- * Elements stand in the order of their vertices and do not overlap. Identity from step to step is as for reef_skinned: the same
+ * No two elements share a vertex. Identity from step to step is as for reef_skinned: the same
  * mesh and number within the object with the same id; then positions, normals and thickness are blended vertex by vertex. */
 typedef struct reef_mesh_draw {
   uint32_t object;

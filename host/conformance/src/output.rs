@@ -6,7 +6,7 @@ use std::{
 };
 
 use reef_abi as abi;
-use reef_streams::Outputs;
+use reef_streams::{Outputs, STREAMS, Stream, Visit, check::Emitted};
 
 use super::{
     sea::Sea,
@@ -119,18 +119,24 @@ fn first<T>(stream: &str, elements: &[T], wrong: impl Fn(&T) -> Option<String>) 
     Some(format!("stream {stream}, element {at}: {what}"))
 }
 
+/// Finds the first element whose spare is not zero.
+#[derive(Default)]
+struct Spare {
+    found: Option<String>,
+}
+
+impl Visit for Spare {
+    fn visit<T: Emitted>(&mut self, elements: &[T]) {
+        let says = |element: &T| (!element.spare_is_zero()).then(|| "its spare is not zero".to_owned());
+        self.found = self.found.take().or_else(|| first(Stream::of::<T>().name, elements, says));
+    }
+}
+
 fn spare(subject: &Subject) -> Outcome {
-    let says = |wrong: bool| wrong.then(|| "its spare is not zero".to_owned());
     each(subject, |outputs| {
-        first("object", &outputs.objects, |o| says(o.spare != 0))
-            .or_else(|| {
-                first("material", &outputs.materials, |m| says(m.spare.iter().any(|v| v.to_bits() != 0)))
-            })
-            .or_else(|| first("fibre", &outputs.fibres, |f| says(f.spare.iter().any(|v| v.to_bits() != 0))))
-            .or_else(|| first("flow", &outputs.flows, |f| says(f.spare != [0; 7])))
-            .or_else(|| first("actor", &outputs.actors, |a| says(a.spare != [0; 7])))
-            .or_else(|| first("debug line", &outputs.debug_lines, |l| says(l.spare != 0)))
-            .or_else(|| first("trace", &outputs.trace, |t| says(t.spare != 0)))
+        let mut spare = Spare::default();
+        outputs.show_all(&mut spare);
+        spare.found
     })
 }
 
@@ -233,8 +239,8 @@ fn unasked(subject: &Subject) -> Outcome {
     let (_plugin, mut instance) = subject.fresh()?;
     for number in 0..10 {
         step(&mut instance, &Sea::usual().input(number), &[])?;
-        for (stream, name) in [(abi::STREAM_DEBUG_LINE, "debug line"), (abi::STREAM_TRACE, "trace")] {
-            let count = instance.committed(stream).unwrap_or(0);
+        for Stream { number: stream, name, .. } in STREAMS.iter().filter(|stream| !stream.is_wanted(0)) {
+            let count = instance.committed(*stream).unwrap_or(0);
             must!(
                 count == 0,
                 "step {number} emitted {count} elements of the stream {name}, and nobody asked"

@@ -6,7 +6,6 @@ use std::{
     time::Duration,
 };
 
-use bytemuck::Pod;
 use reef_abi as abi;
 use reef_command::Common;
 use reef_plugin::{
@@ -151,23 +150,11 @@ pub(super) fn payload(instance: &mut Instance) -> Result<Vec<u8>, Not> {
 /// All that was emitted, as bytes.
 pub(super) fn emitted(outputs: &Outputs) -> Vec<u8> {
     let mut bytes = Vec::new();
-    list(&mut bytes, &outputs.objects);
-    list(&mut bytes, &outputs.materials);
-    list(&mut bytes, &outputs.fibres);
-    list(&mut bytes, &outputs.fibre_nodes);
-    list(&mut bytes, &outputs.billboards);
-    list(&mut bytes, &outputs.skinned);
-    list(&mut bytes, &outputs.joints);
-    list(&mut bytes, &outputs.mesh_draws);
-    list(&mut bytes, &outputs.draw_vertices);
-    list(&mut bytes, &outputs.flows);
-    list(&mut bytes, &outputs.actors);
+    for (_, count, elements) in outputs.all_bytes() {
+        bytes.extend_from_slice(&(count as u64).to_le_bytes());
+        bytes.extend_from_slice(elements);
+    }
     bytes
-}
-
-fn list<T: Pod>(bytes: &mut Vec<u8>, elements: &[T]) {
-    bytes.extend_from_slice(&(elements.len() as u64).to_le_bytes());
-    bytes.extend_from_slice(bytemuck::cast_slice(elements));
 }
 
 /// All that was emitted and would be saved, as bytes.

@@ -9,11 +9,10 @@ use super::{
     guard, marker,
     meshes::MeshList,
     names::version_text,
-    streams::{Lane, Outputs, check, limit, stream_name},
+    streams::{Lane, Outputs, Retained, STREAMS, Stream, check},
     textures::TextureList,
 };
 
-const STREAMS: usize = abi::STREAM_COUNT as usize;
 /// Sets of outputs that are kept for reuse.
 const SPARE: usize = 4;
 
@@ -33,9 +32,9 @@ pub(crate) struct Recorder {
     staging: Option<Arc<Outputs>>,
     /// Former ones, the newest last, to be used again when nobody holds them any more.
     spare: Vec<Arc<Outputs>>,
-    /// Materials of the running step.
-    materials: Vec<abi::Material>,
-    progress: [Progress; STREAMS],
+    /// What of the running step stays until it is committed again.
+    retained: Retained,
+    progress: [Progress; abi::STREAM_COUNT as usize],
     /// Why the first refused call of this step was refused.
     message: Option<String>,
     /// As `message`, of calls that fail the step: a plugin that ignores their status must not pass.
@@ -49,8 +48,8 @@ impl Recorder {
             current: Arc::default(),
             staging: None,
             spare: Vec::new(),
-            materials: Vec::new(),
-            progress: [Progress::default(); STREAMS],
+            retained: Retained::default(),
+            progress: Default::default(),
             message: None,
             refused: None,
             checker: check::Checker::default(),
@@ -71,9 +70,9 @@ impl Recorder {
     pub(super) fn soil(&mut self) {
         let unused = self.spare.iter_mut().chain(&mut self.staging);
         for outputs in unused.filter_map(Arc::get_mut) {
-            (1..abi::STREAM_COUNT).filter_map(|stream| lane(outputs, stream).map(Lane::soil)).for_each(drop);
+            STREAMS.iter().filter_map(|stream| outputs.lane(stream.number).map(Lane::soil)).for_each(drop);
         }
-        self.materials.soil();
+        self.retained.soil();
     }
 
     /// How many elements of a stream the last step committed.
@@ -83,7 +82,7 @@ impl Recorder {
 
     /// A step begins.
     pub(crate) fn begin(&mut self) {
-        self.progress = [Progress::default(); STREAMS];
+        self.progress = Default::default();
         self.message = None;
         self.refused = None;
         if self.staging.as_mut().and_then(Arc::get_mut).is_none() {
@@ -124,31 +123,16 @@ impl Recorder {
         if let Some(message) = &self.refused {
             return Err(message.clone());
         }
-        let committed = |stream: u32| self.progress[stream as usize].committed;
-        let materials = committed(abi::STREAM_MATERIAL);
-        let debug = flags & abi::STEP_DEBUG != 0;
-        let trace = flags & abi::STEP_TRACE != 0;
-        let mut keep = [0; STREAMS];
-        for stream in 1..abi::STREAM_COUNT {
-            let wanted = match stream {
-                abi::STREAM_DEBUG_LINE => debug,
-                abi::STREAM_TRACE => trace,
-                _ => true,
-            };
-            keep[stream as usize] = committed(stream).filter(|_| wanted).unwrap_or(0) as usize;
-        }
+        let progress = self.progress;
+        let committed = |stream: u32| progress[stream as usize].committed;
         let staging = Self::staging(&mut self.staging).ok_or("the host lost its output memory")?;
-        for stream in 1..abi::STREAM_COUNT {
-            if let Some(lane) = lane(staging, stream) {
-                lane.truncate(keep[stream as usize]);
+        for stream in &STREAMS {
+            if let Some(lane) = staging.lane(stream.number) {
+                let kept = committed(stream.number).filter(|_| stream.is_wanted(flags));
+                lane.truncate(kept.unwrap_or(0) as usize);
             }
         }
-        match materials {
-            Some(count) if self.materials[..count as usize] != self.current.materials[..] => {
-                staging.materials = Arc::new(self.materials[..count as usize].to_vec());
-            }
-            _ => staging.materials = self.current.materials.clone(),
-        }
+        self.retained.finish(committed, &self.current, staging);
         (staging.textures, staging.meshes) = made;
         self.checker.check(staging, share)?;
         if let Some(finished) = self.staging.take() {
@@ -173,35 +157,16 @@ impl Recorder {
     }
 
     fn reserve(&mut self, stream: u32, element_size: u32, count: u64) -> Result<*mut c_void, (i32, String)> {
-        let name = stream_name(stream);
-        let limit = match stream {
-            abi::STREAM_OBJECT => limit::OBJECTS,
-            abi::STREAM_MATERIAL => limit::MATERIALS,
-            abi::STREAM_FIBRE => limit::FIBRES,
-            abi::STREAM_FIBRE_NODE => limit::FIBRE_NODES,
-            abi::STREAM_SKINNED => limit::SKINNED,
-            abi::STREAM_JOINT => limit::JOINTS,
-            abi::STREAM_MESH_DRAW => limit::MESH_DRAWS,
-            abi::STREAM_DRAW_VERTEX => limit::DRAW_VERTICES,
-            abi::STREAM_BILLBOARD => limit::BILLBOARDS,
-            abi::STREAM_FLOW => limit::FLOWS,
-            abi::STREAM_ACTOR => limit::ACTORS,
-            abi::STREAM_DEBUG_LINE => limit::DEBUG_LINES,
-            abi::STREAM_TRACE => limit::TRACES,
-            _ if (1..abi::STREAM_COUNT).contains(&stream) => {
-                let version = version_text(abi::VERSION);
-                let message = format!("stream {name}: this host (reef_sim.h {version}) does not take it");
-                return Err((abi::UNSUPPORTED, message));
-            }
-            _ => return Err((abi::BAD_INPUT, format!("reserve: there is no stream {stream}"))),
+        let missing = || (abi::BAD_INPUT, format!("reserve: there is no stream {stream}"));
+        let &Stream { name, limit, .. } = Stream::numbered(stream).ok_or_else(missing)?;
+        let Some(limit) = limit else {
+            let version = version_text(abi::VERSION);
+            let message = format!("stream {name}: this host (reef_sim.h {version}) does not take it");
+            return Err((abi::UNSUPPORTED, message));
         };
         let staging = Self::staging(&mut self.staging)
             .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
-        let lane: &mut dyn Lane = match stream {
-            abi::STREAM_MATERIAL => &mut self.materials,
-            _ => lane(staging, stream)
-                .ok_or_else(|| (abi::BAD_INPUT, format!("reserve: there is no stream {stream}")))?,
-        };
+        let lane = self.retained.lane(stream).or_else(|| staging.lane(stream)).ok_or_else(missing)?;
         if element_size as usize != lane.element_size() {
             return Err((
                 abi::BAD_INPUT,
@@ -219,7 +184,7 @@ impl Recorder {
     }
 
     fn commit(&mut self, stream: u32, count: u64) -> Result<(), (i32, String)> {
-        let name = stream_name(stream);
+        let name = Stream::numbered(stream).map_or("unknown", |stream| stream.name);
         match self.progress.get_mut(stream as usize) {
             Some(Progress { reserved: Some(reserved), committed }) if count <= *reserved => {
                 *committed = Some(count);
@@ -232,25 +197,6 @@ impl Recorder {
             _ => Err((abi::BAD_INPUT, format!("stream {name}: committed without reserve"))),
         }
     }
-}
-
-/// A stream of the outputs, but materials, which are shared between steps.
-fn lane(outputs: &mut Outputs, stream: u32) -> Option<&mut dyn Lane> {
-    Some(match stream {
-        abi::STREAM_OBJECT => &mut outputs.objects,
-        abi::STREAM_FIBRE => &mut outputs.fibres,
-        abi::STREAM_FIBRE_NODE => &mut outputs.fibre_nodes,
-        abi::STREAM_SKINNED => &mut outputs.skinned,
-        abi::STREAM_JOINT => &mut outputs.joints,
-        abi::STREAM_MESH_DRAW => &mut outputs.mesh_draws,
-        abi::STREAM_DRAW_VERTEX => &mut outputs.draw_vertices,
-        abi::STREAM_BILLBOARD => &mut outputs.billboards,
-        abi::STREAM_FLOW => &mut outputs.flows,
-        abi::STREAM_ACTOR => &mut outputs.actors,
-        abi::STREAM_DEBUG_LINE => &mut outputs.debug_lines,
-        abi::STREAM_TRACE => &mut outputs.trace,
-        _ => return None,
-    })
 }
 
 /// The recorder behind a context, unless the call comes from where it must not.

@@ -15,7 +15,7 @@ pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0x2945f932c21fbc2d;
+pub const HEADER_HASH: u64 = 0x0d3212f250b54ff6;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -56,21 +56,21 @@ pub const STREAM_FIBRE_NODE: u32 = 4;
 pub const STREAM_SKINNED: u32 = 5;
 /// reef_joint
 pub const STREAM_JOINT: u32 = 6;
-/// reef_billboard
-pub const STREAM_BILLBOARD: u32 = 8;
 /// reef_mesh_draw: a mesh uploaded once, with vertices made anew
-pub const STREAM_MESH_DRAW: u32 = 9;
+pub const STREAM_MESH_DRAW: u32 = 7;
 /// reef_draw_vertex
-pub const STREAM_DRAW_VERTEX: u32 = 10;
+pub const STREAM_DRAW_VERTEX: u32 = 8;
+/// reef_billboard
+pub const STREAM_BILLBOARD: u32 = 9;
 /// reef_flow: what this instance does to the water, felt in the next step
-pub const STREAM_FLOW: u32 = 12;
+pub const STREAM_FLOW: u32 = 10;
 /// reef_actor: what others may perceive, follow, avoid, pick, in the next step
-pub const STREAM_ACTOR: u32 = 13;
+pub const STREAM_ACTOR: u32 = 11;
 /// reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG
-pub const STREAM_DEBUG_LINE: u32 = 14;
+pub const STREAM_DEBUG_LINE: u32 = 12;
 /// reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone
-pub const STREAM_TRACE: u32 = 15;
-pub const STREAM_COUNT: u32 = 16;
+pub const STREAM_TRACE: u32 = 13;
+pub const STREAM_COUNT: u32 = 14;
 /// Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped).
 pub const FLAG_NO_BLEND: u32 = 1;
 
@@ -256,7 +256,7 @@ pub struct Billboard {
 
 /// An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour and glow, the stream
 /// positions, normals and thickness. 48 bytes.
-/// Elements stand in the order of their vertices and do not overlap. Identity from step to step is as for reef_skinned: the same
+/// No two elements share a vertex. Identity from step to step is as for reef_skinned: the same
 /// mesh and number within the object with the same id; then positions, normals and thickness are blended vertex by vertex.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -861,6 +861,47 @@ unsafe impl Sync for Param {}
 unsafe impl Sync for Descriptor {}
 // SAFETY: as above.
 unsafe impl Sync for Entry {}
+
+/// An element of an output stream.
+pub trait Element: Pod + core::fmt::Debug {
+    /// Number of its stream.
+    const STREAM: u32;
+}
+
+macro_rules! elements {
+    ($($element:ident = $stream:ident),+ $(,)?) => {
+        $(impl Element for $element {
+            const STREAM: u32 = $stream;
+        })+
+
+        /// What each stream is made of: its number and the Rust name of its element, from stream 1 on.
+        pub const ELEMENTS: [(u32, &str); STREAM_COUNT as usize - 1] = {
+            let rows = [$(($stream, stringify!($element))),+];
+            assert!(rows.len() + 1 == STREAM_COUNT as usize, "a stream has no element, or STREAM_COUNT is wrong");
+            let mut at = 0;
+            while at < rows.len() {
+                assert!(rows[at].0 as usize == at + 1, "the elements do not stand in the order of their streams");
+                at += 1;
+            }
+            rows
+        };
+    };
+}
+elements!(
+    Object = STREAM_OBJECT,
+    Material = STREAM_MATERIAL,
+    Fibre = STREAM_FIBRE,
+    FibreNode = STREAM_FIBRE_NODE,
+    Skinned = STREAM_SKINNED,
+    Joint = STREAM_JOINT,
+    MeshDraw = STREAM_MESH_DRAW,
+    DrawVertex = STREAM_DRAW_VERTEX,
+    Billboard = STREAM_BILLBOARD,
+    Flow = STREAM_FLOW,
+    Actor = STREAM_ACTOR,
+    DebugLine = STREAM_DEBUG_LINE,
+    Trace = STREAM_TRACE,
+);
 
 /// The name of the one symbol that a plugin exports: a [`Entry`].
 pub const ENTRY_SYMBOL: &str = "reef_sim_entry";

@@ -1,6 +1,7 @@
 //! A step's input as slices, and its output as typed memory of the host.
 
 use reef_abi as abi;
+pub use reef_abi::Element;
 
 use crate::{error::StepError, host::Host, param::Params, workers::Workers};
 
@@ -287,34 +288,8 @@ fn check(status: i32, service: &str) -> Result<(), StepError> {
     }
 }
 
-/// An element of an output stream.
-pub trait Element: bytemuck::Pod {
-    /// Number of its stream.
-    const STREAM: u32;
-}
-
-macro_rules! elements {
-    ($($name:ty = $stream:ident),+ $(,)?) => {$(
-        impl Element for $name {
-            const STREAM: u32 = abi::$stream;
-        }
-    )+};
-}
-elements!(
-    abi::Object = STREAM_OBJECT,
-    abi::Material = STREAM_MATERIAL,
-    abi::Fibre = STREAM_FIBRE,
-    abi::FibreNode = STREAM_FIBRE_NODE,
-    abi::Skinned = STREAM_SKINNED,
-    abi::Joint = STREAM_JOINT,
-    abi::Billboard = STREAM_BILLBOARD,
-    abi::MeshDraw = STREAM_MESH_DRAW,
-    abi::DrawVertex = STREAM_DRAW_VERTEX,
-    abi::Flow = STREAM_FLOW,
-    abi::Actor = STREAM_ACTOR,
-    abi::DebugLine = STREAM_DEBUG_LINE,
-    abi::Trace = STREAM_TRACE,
-);
+/// [`Output`] has a bit for each stream.
+const _: () = assert!(abi::STREAM_COUNT <= u32::BITS);
 
 /// Where a step writes. Reserve each stream once, before the jobs; write; commit how many elements count.
 #[derive(Debug)]

@@ -1,7 +1,8 @@
 //! The guide for plugin authors: its code stands in files that tests build, its links lead somewhere, its commands exist.
 
-use std::{fs, process::Command};
+use std::{collections::BTreeSet, fs, process::Command};
 
+use reef_streams::STREAMS;
 use reef_tests::artifacts::{artifacts, workspace};
 
 fn guide() -> String {
@@ -49,6 +50,16 @@ fn every_piece_of_code_stands_in_a_file_that_a_test_builds() {
             );
         }
     }
+}
+
+#[test]
+fn the_guide_lists_the_streams_that_the_host_takes() {
+    let text = guide();
+    let rows = text.lines().skip_while(|line| *line != "| stream | for |").skip(2);
+    let names = rows.take_while(|line| line.starts_with('|')).filter_map(|row| row.split('|').nth(1));
+    let listed: BTreeSet<&str> = names.flat_map(|names| names.split(',').map(str::trim)).collect();
+    let taken = STREAMS.iter().filter(|stream| stream.limit.is_some()).map(|stream| stream.name);
+    assert_eq!(listed, taken.collect());
 }
 
 #[test]

@@ -44,10 +44,11 @@ fn refusal(path: &Path) -> Refusal {
 /// All that an instance emitted and would save, as bytes.
 fn everything(instance: &mut Instance) -> Vec<u8> {
     let outputs = instance.outputs().clone();
-    let mut bytes: Vec<u8> = bytemuck::cast_slice(&outputs.objects).to_vec();
-    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.fibres));
-    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.fibre_nodes));
-    bytes.extend_from_slice(bytemuck::cast_slice(&outputs.materials));
+    let mut bytes = Vec::new();
+    for (_, count, elements) in outputs.all_bytes() {
+        bytes.extend_from_slice(&(count as u64).to_le_bytes());
+        bytes.extend_from_slice(elements);
+    }
     bytes.extend(instance.save().expect("the instance saves"));
     bytes
 }

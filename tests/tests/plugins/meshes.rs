@@ -175,7 +175,7 @@ fn a_mesh_that_is_destroyed_while_drawn_and_draws_that_overlap_leave_the_last_pi
     let sea = Sea::default();
     for (wrong, words) in [
         ("destroyed", "element 0: mesh is 2, which mesh_create did not hand out, or which was destroyed"),
-        ("overlap", "stream mesh draw, element 1: first_vertex is 3, the element before ends at 4"),
+        ("overlap", "stream mesh draw, element 0: first_vertex leads into the vertices of element 1"),
     ] {
         let text = config(&format!(r#"{{"width": 0.5, "wrong": "{wrong}"}}"#));
         let mut instance = plugin().create(&text).unwrap();

@@ -1,7 +1,6 @@
 //! One hash a step over all that a step leaves behind, each chained to the one before: two runs with the same last hash
 //! were the same in every step.
 
-use bytemuck::Pod;
 use reef_plugin::PluginError;
 
 use super::sea::World;
@@ -26,20 +25,14 @@ impl Chain {
         hasher.update(&frame.step.to_le_bytes());
         hasher.update(&frame.time.to_le_bytes());
         hasher.update(bytemuck::bytes_of(&world.camera().raw(&frame.camera)));
-        list(&mut hasher, &frame.flow);
+        list(&mut hasher, frame.flow.len(), bytemuck::cast_slice(&frame.flow));
         for (number, outputs) in frame.outputs.iter().enumerate() {
             hasher.update(&(number as u64).to_le_bytes());
-            list(&mut hasher, &outputs.objects);
-            list(&mut hasher, &outputs.materials);
-            list(&mut hasher, &outputs.fibres);
-            list(&mut hasher, &outputs.fibre_nodes);
-            list(&mut hasher, &outputs.billboards);
-            list(&mut hasher, &outputs.skinned);
-            list(&mut hasher, &outputs.joints);
-            list(&mut hasher, &outputs.mesh_draws);
-            list(&mut hasher, &outputs.draw_vertices);
-            list(&mut hasher, &outputs.flows);
-            list(&mut hasher, &outputs.actors);
+            for (stream, count, bytes) in outputs.all_bytes() {
+                if stream.asked_by == 0 {
+                    list(&mut hasher, count, bytes);
+                }
+            }
         }
         for state in world.save_members()? {
             hasher.update(&(state.len() as u64).to_le_bytes());
@@ -51,9 +44,9 @@ impl Chain {
 }
 
 /// Count and bytes of a stream: without the count, elements could move from one stream to the next unnoticed.
-fn list<T: Pod>(hasher: &mut blake3::Hasher, elements: &[T]) {
-    hasher.update(&(elements.len() as u64).to_le_bytes());
-    hasher.update(bytemuck::cast_slice(elements));
+fn list(hasher: &mut blake3::Hasher, count: usize, bytes: &[u8]) {
+    hasher.update(&(count as u64).to_le_bytes());
+    hasher.update(bytes);
 }
 
 /// A hash as people compare it.

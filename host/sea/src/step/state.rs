@@ -15,7 +15,7 @@ use reef_abi as abi;
 use reef_files as files;
 use reef_files::{WriteError, bounded};
 use reef_plugin::PluginError;
-use reef_streams::{Outputs, check, limit};
+use reef_streams::{Outputs, Stream, check};
 
 use super::{
     clock::LATEST,
@@ -295,13 +295,13 @@ impl<'a> Rest<'a> {
     /// What a module said in the saved step, looked at as what a step emits: other modules are about to hear it.
     fn said(&mut self, module: &ModuleHeader) -> Result<Said, StateError> {
         let of = |problem: String| StateError::Damaged(format!("of the module {}: {problem}", module.name));
-        for (stream, count, most) in [
-            ("flow", module.flows, limit::FLOWS),
-            ("actor", module.actors, limit::ACTORS),
-            ("object", module.objects, limit::OBJECTS),
+        for (Stream { name, limit, .. }, count) in [
+            (Stream::of::<abi::Flow>(), module.flows),
+            (Stream::of::<abi::Actor>(), module.actors),
+            (Stream::of::<abi::Object>(), module.objects),
         ] {
-            if count > most {
-                return Err(of(format!("stream {stream} has {count} elements; the limit is {most}")));
+            if let Some(limit) = limit.filter(|limit| count > *limit) {
+                return Err(of(format!("stream {name} has {count} elements; the limit is {limit}")));
             }
         }
         let (flows, actors) = (self.list(module.flows)?, self.list(module.actors)?);

@@ -1,6 +1,19 @@
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use super::*;
+use crate::{STREAMS, glance};
+
+/// Elements and nodes that one job looks at.
+const ELEMENTS: usize = PIECE;
+const NODES: usize = match <abi::FibreNode as Emitted>::PIECE {
+    Some(piece) => piece,
+    None => 0,
+};
+
+/// Those that the host takes.
+fn taken() -> impl Iterator<Item = &'static Stream> {
+    STREAMS.iter().filter(|stream| stream.limit.is_some())
+}
 
 fn good() -> Outputs {
     let object = |id| abi::Object { id, ..Default::default() };
@@ -26,7 +39,7 @@ fn good() -> Outputs {
         actors: vec![abi::Actor { id: 9, ..Default::default() }],
         debug_lines: vec![abi::DebugLine::default()],
         trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
-        ..Outputs::default()
+        ..meshes::tests::good()
     }
 }
 
@@ -37,7 +50,15 @@ fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
 }
 
 #[test]
-fn good_outputs_pass() {
+fn good_outputs_have_elements_of_every_stream_and_pass() {
+    for stream in taken() {
+        let count = good().bytes(stream.number).map(|(count, _)| count);
+        assert!(
+            count > Some(0),
+            "the good outputs of these tests have no element of the stream {}",
+            stream.name
+        );
+    }
     assert_eq!(Checker::default().check(&good(), &alone), Ok(()));
     assert_eq!(Checker::default().check(&Outputs::default(), &alone), Ok(()));
 }
@@ -71,7 +92,7 @@ fn no_element_of_a_long_stream_is_overlooked_and_no_job_is_needed_twice() {
         });
         (verdict, jobs.into_inner())
     };
-    assert_eq!(check(&outputs), (Ok(()), 11));
+    assert_eq!(check(&outputs), (Ok(()), 14));
     for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
         let mut spoilt = outputs.clone();
         spoilt.objects[at].bounds_radius = f32::NAN;
@@ -116,28 +137,76 @@ fn spoilt<T: bytemuck::Pod>(good: T) -> impl Iterator<Item = T> {
 
 #[test]
 fn the_first_look_passes_what_is_usual_and_never_what_the_second_refuses() {
-    let Outputs { objects, fibres, fibre_nodes, .. } = good();
-    let counts = (objects.len(), 1, fibre_nodes.len());
-    let mut seen = [[0; 2]; 3];
-    let mut compare = |stream: usize, glance: bool, check: Checked| {
-        assert!(check.is_ok() || !glance, "stream {stream}");
-        seen[stream][usize::from(glance)] += 1;
-    };
-    for o in spoilt(objects[0]) {
-        compare(0, glance::objects(&[o], 0).0, object(&o));
+    /// How often the first look had doubts and passed, of each stream.
+    struct Compare(Outputs, BTreeMap<&'static str, [usize; 2]>);
+    impl Visit for Compare {
+        fn visit<T: Emitted>(&mut self, elements: &[T]) {
+            let name = Stream::of::<T>().name;
+            for element in spoilt(elements[0]) {
+                let (sound, grow) = T::glance(&[element], 0, &self.0);
+                assert!(element.check(&self.0).is_ok() || !sound, "stream {name}: {element:?}");
+                assert_eq!(grow, element.id() != Some(0), "stream {name}: {element:?}");
+                self.1.entry(name).or_default()[usize::from(sound)] += 1;
+            }
+        }
     }
-    for f in spoilt(fibres[0]) {
-        let glance = glance::fibres(&[f], counts.0, counts.1, counts.2);
-        compare(1, glance, fibre(&f, counts.0, counts.1, counts.2));
-    }
-    for n in spoilt(fibre_nodes[1]) {
-        compare(2, glance::nodes(&[n]), node(&n));
-        assert_eq!(glance::nodes(&[fibre_nodes[0], n]), glance::nodes(&[n; 6]));
-    }
+    let good = good();
+    let mut compare = Compare(good.clone(), BTreeMap::new());
+    good.show_all(&mut compare);
+    let Compare(_, seen) = compare;
+    assert_eq!(seen.len(), taken().count());
     // Words that may be anything pass with every value; of the others, some values do.
     let values = spoilt(0_u32).count();
-    assert!(seen[0][1] > 8 * values && seen[1][1] > 6 * values && seen[2][1] > values, "{seen:?}");
-    assert!(seen.iter().all(|[refused, _]| *refused > values), "{seen:?}");
+    let passed = |stream: &str| seen[stream][1] / values;
+    assert!(passed("object") >= 8 && passed("fibre") >= 6 && passed("fibre node") >= 1, "{seen:?}");
+    assert!(seen.values().all(|[refused, _]| *refused > values), "{seen:?}");
+    for n in spoilt(good.fibre_nodes[1]) {
+        assert_eq!(glance::nodes(&[good.fibre_nodes[0], n]), glance::nodes(&[n; 6]));
+    }
+}
+
+#[test]
+fn what_the_header_calls_spare_is_known_of_every_stream() {
+    struct Spare;
+    impl Visit for Spare {
+        fn visit<T: Emitted>(&mut self, _: &[T]) {
+            let name = Stream::of::<T>().name;
+            let mut element = T::zeroed();
+            assert!(element.spare_is_zero(), "stream {name}: zero");
+            bytemuck::bytes_of_mut(&mut element).fill(1);
+            let has_spare = format!("{element:?}").contains("spare: ");
+            assert_eq!(!element.spare_is_zero(), has_spare, "stream {name}: {element:?}");
+        }
+    }
+    Outputs::default().show_all(&mut Spare);
+}
+
+#[test]
+fn the_table_has_a_row_for_each_stream_and_names_no_two_alike() {
+    for (at, stream) in STREAMS.iter().enumerate() {
+        assert_eq!(stream.number as usize, at + 1);
+        assert!(Stream::numbered(stream.number).is_some_and(|found| std::ptr::eq(found, stream)));
+        assert!(
+            STREAMS[..at].iter().all(|other| other.name != stream.name),
+            "two are called {}",
+            stream.name
+        );
+    }
+    assert!(Stream::numbered(0).is_none() && Stream::numbered(abi::STREAM_COUNT).is_none());
+    assert_eq!(Stream::of::<abi::Trace>().name, "trace");
+    let on_request: Vec<&str> = STREAMS.iter().filter(|s| !s.is_wanted(0)).map(|s| s.name).collect();
+    assert_eq!(on_request, ["debug line", "trace"]);
+    assert!(Stream::of::<abi::Trace>().is_wanted(abi::STEP_TRACE));
+    assert!(!Stream::of::<abi::Trace>().is_wanted(abi::STEP_DEBUG));
+}
+
+#[test]
+fn what_belongs_to_an_object_goes_with_it_and_nothing_else_does() {
+    let mut outputs = good();
+    outputs.retain(|object| object != 1);
+    let Outputs { objects, fibres, fibre_nodes, billboards, flows, .. } = &outputs;
+    assert_eq!((fibres.len(), billboards.len()), (0, 1), "of fibre and sprites, one is the first object's");
+    assert_eq!((objects.len(), fibre_nodes.len(), flows.len()), (2, 3, 1));
 }
 
 #[test]
@@ -179,6 +248,10 @@ fn every_kind_of_nonsense_is_refused() {
         ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
         ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
         ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
+        ("skinned, element 0: mesh", |o| o.skinned[0].mesh = 0),
+        ("joint, element 1: translation", |o| o.joints[1].translation[0] = f32::NAN),
+        ("mesh draw, element 1: object", |o| o.mesh_draws[1].object = 2),
+        ("draw vertex, element 3: position", |o| o.draw_vertices[3].position[1] = 2e5),
         ("billboard, element 0: position", |o| o.billboards[0].position[1] = f32::NAN),
         ("billboard, element 1: velocity", |o| o.billboards[1].velocity[2] = f32::INFINITY),
         ("billboard, element 0: size", |o| o.billboards[0].size = 0.0),
@@ -203,6 +276,10 @@ fn every_kind_of_nonsense_is_refused() {
         ("trace, element 0: kind", |o| o.trace[0].kind = 0),
         ("trace, element 0: radius", |o| o.trace[0].radius = f32::NAN),
     ];
+    for Stream { name, .. } in taken() {
+        let own = cases.iter().any(|(expected, _)| expected.starts_with(&format!("{name}, element ")));
+        assert!(own, "there is no case of nonsense in the stream {name}");
+    }
     for (expected, spoil) in cases {
         let message = verdict(spoil);
         assert!(message.starts_with(&format!("stream {expected}")), "{expected}: {message}");

@@ -66,6 +66,29 @@ fn every_constant_of_the_header_is_in_the_mirror_with_its_value() {
 }
 
 #[test]
+fn each_stream_is_made_of_what_the_header_says_beside_its_number() {
+    // `#define REEF_STREAM_FIBRE 3u /* reef_fibre: … */`
+    let said: BTreeMap<u32, String> = TEXT
+        .lines()
+        .filter_map(|line| line.strip_prefix("#define REEF_STREAM_")?.split_once("/* "))
+        .map(|(define, comment)| {
+            let number = define.split_whitespace().nth(1).and_then(|n| n.trim_end_matches('u').parse().ok());
+            let element = comment.split([' ', ':', ',']).next().expect("a comment has a word");
+            (number.expect("a stream has a number"), in_rust(element))
+        })
+        .collect();
+    let mirror: BTreeMap<u32, String> =
+        abi::ELEMENTS.iter().map(|(stream, element)| (*stream, (*element).to_owned())).collect();
+    assert_eq!(said, mirror, "the header's element of each stream, and the mirror's");
+}
+
+/// `reef_fibre_node` is `FibreNode`, `uint32_t` is `u32`.
+fn in_rust(name: &str) -> String {
+    let Some(name) = name.strip_prefix("reef_") else { return name.replace("uint", "u").replace("_t", "") };
+    name.split('_').map(|word| word[..1].to_uppercase() + &word[1..]).collect()
+}
+
+#[test]
 fn the_headers_hash_is_true() {
     let line = "#define REEF_HEADER_HASH";
     let rest: Vec<&str> = TEXT.split('\n').filter(|l| !l.starts_with(line)).collect();

@@ -143,11 +143,7 @@ fn hidden(frame: &Frame, module: usize, ids: Option<&HashSet<u64>>) -> Frame {
     if let Some(ids) = ids {
         outputs = Outputs::clone(whole);
         let gone: Vec<bool> = outputs.objects.iter().map(|object| ids.contains(&object.id)).collect();
-        let stays = |object: u32| !gone.get(object as usize).copied().unwrap_or(false);
-        outputs.fibres.retain(|fibre| stays(fibre.object));
-        outputs.billboards.retain(|sprite| stays(sprite.object));
-        outputs.skinned.retain(|mesh| stays(mesh.object));
-        outputs.mesh_draws.retain(|mesh| stays(mesh.object));
+        outputs.retain(|object| !gone.get(object as usize).copied().unwrap_or(false));
     }
     *whole = Arc::new(outputs);
     frame
