@@ -1,19 +1,43 @@
-//! Reef's own plugins in Rust, in one place: what is listed here is built for the tests and held to the contract.
+//! Reef's own plugins in Rust, in one place: what is listed here is built for the tests, held to the contract, and run with
+//! the scenes.
 
 /// One of Reef's own plugins.
 #[derive(Clone, Copy, Debug)]
 pub struct Own {
+    /// What scenes call it.
+    pub id: &'static str,
     /// Its package.
     pub package: &'static str,
     /// Its library's target.
     pub library: &'static str,
     /// A module's table that gives it something to do, as JSON; None: it has something to do without.
     pub config: Option<&'static str>,
+    /// Where the keys, species' keys and parameters are whose numbers have no unit: counts, shares, factors, seeds. All other
+    /// numbers name one, and follow a scene's `scale` by it.
+    pub pure: &'static [&'static str],
+}
+
+impl Own {
+    /// Whether Reef's scenes use it; else it is an example for those who write plugins.
+    pub fn is_module(&self) -> bool {
+        self.id.starts_with("reef.")
+    }
+}
+
+/// The modules of Reef's scenes.
+pub fn modules() -> impl Iterator<Item = &'static Own> {
+    OWN.iter().filter(|plugin| plugin.is_module())
+}
+
+/// Their libraries.
+pub fn libraries() -> Vec<&'static str> {
+    modules().map(|plugin| plugin.library).collect()
 }
 
 /// All of them.
 pub const OWN: &[Own] = &[
     Own {
+        id: "reef.anemone",
         package: "reef-anemone",
         library: "reef_anemone",
         config: Some(
@@ -22,8 +46,59 @@ pub const OWN: &[Own] = &[
                 "fibres": [{"position": [0.0, -4.0, 1.0], "count": [3, 2], "spacing": 0.1}]
             }"#,
         ),
+        pure: &[
+            "anemones.scale",
+            "anemones.seed",
+            "fibres.count",
+            "fibres.exponent",
+            "fibres.nodes",
+            "fibres.sides",
+            "params.contact",
+            "params.current",
+            "params.damping",
+            "params.drag",
+            "params.exponent",
+            "params.stiffness",
+            "scatter.count",
+            "scatter.grid",
+            "scatter.scale",
+            "scatter.seed",
+            "species.foot.exponent",
+            "species.foot.nodes",
+            "species.foot.sides",
+            "species.foot.waist",
+            "species.look.foot.accent_share",
+            "species.look.foot.pattern_scale",
+            "species.look.foot.softness",
+            "species.look.foot.tip_start",
+            "species.look.foot.translucency",
+            "species.look.tentacles.accent_share",
+            "species.look.tentacles.pattern_scale",
+            "species.look.tentacles.softness",
+            "species.look.tentacles.tip_start",
+            "species.look.tentacles.translucency",
+            "species.tentacles.bulb",
+            "species.tentacles.count",
+            "species.tentacles.drag_coefficient",
+            "species.tentacles.exponent",
+            "species.tentacles.flatness",
+            "species.tentacles.guides",
+            "species.tentacles.inner_length",
+            "species.tentacles.nodes",
+            "species.tentacles.sides",
+            "species.tentacles.taper",
+            "species.variation.length",
+            "species.variation.motion",
+            "species.variation.size",
+            "tufts.exponent",
+            "tufts.fibres",
+            "tufts.guides",
+            "tufts.nodes",
+            "tufts.sides",
+        ],
     },
     Own {
+        id: "reef.particles",
         package: "reef-particles",
         library: "reef_particles",
         config: Some(
@@ -32,6 +107,23 @@ pub const OWN: &[Own] = &[
                 {"kind": "sand", "low": [-1.0, -5.0, -1.0], "high": [1.0, -4.0, 1.0], "concentration": 50.0}
             ]}"#,
         ),
+        pure: &[
+            "boxes.count",
+            "boxes.grid",
+            "boxes.opacity",
+            "boxes.seed",
+            "boxes.variation",
+            "params.margin",
+            "params.opacity",
+            "params.size",
+            "slaves",
+        ],
     },
-    Own { package: "reef-example-rust", library: "reef_example_rust", config: None },
+    Own {
+        id: "example.kelp-rust",
+        package: "reef-example-rust",
+        library: "reef_example_rust",
+        config: None,
+        pure: &["params.count", "params.stiffness"],
+    },
 ];

@@ -4,12 +4,12 @@ use std::process::{Command, Output};
 
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    skip,
+    own, skip,
 };
 
 /// Validates the smallest scene, with a fault planted.
 fn validate(fault: &str) -> Output {
-    let plugins = artifacts().folder_of(&["reef_anemone", "reef_particles"]);
+    let plugins = artifacts().folder_of(&own::libraries());
     Command::new(artifacts().reef())
         .current_dir(workspace())
         .arg("--plugin-dir")

@@ -17,7 +17,7 @@ use std::{
 
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    child, skip,
+    child, own, skip,
 };
 use tempfile::TempDir;
 
@@ -30,7 +30,7 @@ const MP4: &str =
 fn program() -> PathBuf {
     static INSTALLED: OnceLock<TempDir> = OnceLock::new();
     let folder = INSTALLED.get_or_init(|| {
-        let folder = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
+        let folder = artifacts().side_by_side(&own::libraries());
         // Other users run it, too.
         fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
         folder

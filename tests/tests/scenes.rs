@@ -8,13 +8,16 @@ use std::{
     sync::OnceLock,
 };
 
-use reef_tests::artifacts::{artifacts, workspace};
+use reef_tests::{
+    artifacts::{artifacts, workspace},
+    own,
+};
 use tempfile::TempDir;
 
 /// The program beside all plugins of the workspace.
 fn installed() -> &'static TempDir {
     static INSTALLED: OnceLock<TempDir> = OnceLock::new();
-    INSTALLED.get_or_init(|| artifacts().side_by_side(&["reef_anemone", "reef_particles"]))
+    INSTALLED.get_or_init(|| artifacts().side_by_side(&own::libraries()))
 }
 
 fn reef(arguments: &[&str]) -> Output {
@@ -72,6 +75,18 @@ fn the_reference_of_scenes_is_what_the_code_says() {
 }
 
 #[test]
+fn every_module_has_a_scene_and_a_row_in_the_readme() {
+    let read = |path: &Path| fs::read_to_string(path).expect("a text");
+    let (scenes, readme) = (scenes(), read(&workspace().join("README.md")));
+    for id in own::modules().map(|module| module.id) {
+        let uses = |path: &PathBuf| read(path).contains(&format!("use = \"{id}\""));
+        assert!(scenes.iter().any(uses), "no scene uses {id}");
+        let name = id.trim_start_matches("reef.");
+        assert!(readme.contains(&format!("\n| `{name}` | ")), "README.md has no row for `{name}`");
+    }
+}
+
+#[test]
 fn every_scene_of_the_assets_is_sound_and_steps() {
     let scenes = scenes();
     assert!(scenes.iter().any(|path| path.ends_with("reef.toml")));
@@ -92,12 +107,15 @@ fn the_schema_of_scenes_knows_every_plugin() {
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let modules =
         schema.pointer("/properties/modules/additionalProperties/anyOf").and_then(|list| list.as_array());
-    let ids: Vec<_> = modules
+    let mut ids: Vec<_> = modules
         .expect("a choice of plugins")
         .iter()
-        .map(|m| m["properties"]["use"]["const"].clone())
+        .filter_map(|m| m["properties"]["use"]["const"].as_str())
         .collect();
-    assert!(ids.contains(&"reef.anemone".into()) && ids.contains(&"reef.particles".into()), "{ids:?}");
+    ids.sort_unstable();
+    let mut own: Vec<_> = own::modules().map(|module| module.id).collect();
+    own.sort_unstable();
+    assert_eq!(ids, own);
     // Every reference leads somewhere.
     fn visit(root: &serde_json::Value, value: &serde_json::Value) {
         match value {

@@ -19,6 +19,7 @@ use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
     child::wait,
+    own,
 };
 use tempfile::TempDir;
 
@@ -43,7 +44,7 @@ impl Bench {
         let vulkan = Gpu::open(&options).map(Gpu::close).map_err(|error| error.to_string());
         match vulkan.and_then(|_| Display::start(size)) {
             Ok(display) => {
-                let folder = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
+                let folder = artifacts().side_by_side(&own::libraries());
                 Some(Self { display, folder, _turn: turn })
             }
             Err(reason) => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use reef_files::bounded;
 use reef_plugin::PluginInfo;
-use reef_sea::scene::{self, Catalogue, catalogue, error::Source, read::LARGEST_FILE};
+use reef_sea::scene::{self, Catalogue, error::Source, read::LARGEST_FILE};
 use serde_json::{Map, Value};
 
 use super::verdict::Not;
@@ -97,8 +97,8 @@ fn without_others(mut scene: toml::Table, id: &str) -> toml::Table {
 struct One<'a>(&'a PluginInfo);
 
 impl Catalogue for One<'_> {
-    fn plugin(&self, id: &str) -> Result<Option<scene::PluginInfo>, String> {
-        Ok((id == self.0.id).then(|| catalogue::known(self.0)))
+    fn plugin(&self, id: &str) -> Result<Option<PluginInfo>, String> {
+        Ok((id == self.0.id).then(|| self.0.clone()))
     }
 
     fn ids(&self) -> Vec<String> {

@@ -61,7 +61,7 @@ fn a_window_that_changes_its_size_200_times_is_drawn_without_a_message() {
     };
     let program = std::env::current_exe().expect("this test");
     let ran = Command::new(program)
-        .args(["--exact", "gpu::swapchain_tests::inside_the_display", "--nocapture"])
+        .args(["--exact", "swapchain_tests::inside_the_display", "--nocapture"])
         .env("DISPLAY", &display.name)
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")

@@ -16,10 +16,11 @@ pub const MOST_PARAMS: u32 = 1024;
 pub const MOST_CHOICES: u32 = 256;
 
 /// What values a parameter takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ParamKind {
     /// Any number in the range.
+    #[default]
     Float,
     /// Whole numbers in the range.
     Int,
@@ -30,7 +31,7 @@ pub enum ParamKind {
 }
 
 /// One parameter of a plugin.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ParamInfo {
     /// Stable id.
     pub id: u32,
@@ -59,7 +60,7 @@ pub struct ParamInfo {
 }
 
 /// One plugin of a library.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PluginInfo {
     /// Stable id, `vendor.name`.
     pub id: String,
@@ -76,7 +77,7 @@ pub struct PluginInfo {
     pub path: Option<PathBuf>,
     /// The version of `reef_sim.h` that it was built with.
     pub contract: String,
-    /// JSON Schema of the module's table in a scene file.
+    /// JSON Schema of the module's table in a scene file; None: anything goes.
     pub config_schema: Option<serde_json::Value>,
     /// Its parameters.
     pub params: Vec<ParamInfo>,

@@ -12,6 +12,8 @@
 //! 9. `lines`: forces, moments, and the markers' rings, when asked for;
 //! 10. `tone`: tone curve and dither into the target; at low quality the materials have done that themselves.
 //!
+//! [`Studio`] does all this without a window; [`pictures`] are what it leaves as files.
+//!
 //! Fog is part of every material's shader (`shaders/water.glsl`), so that thin things fade into fogged water.
 
 #[cfg(test)]

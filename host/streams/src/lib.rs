@@ -1,7 +1,9 @@
 //! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything uses it.
 //! [`STREAMS`] is the table of streams that everything here follows.
+//! Beside it stands what sea and renderer share: the [`frame`] that a step left behind, the [`environment`] that a scene
+//! fixes, and the ids by which modules know one another's objects ([`identity`]).
 //!
-//! A package of its own because it is compiled fast in every profile: it looks at every element of every step.
+//! Compiled fast in every profile: it looks at every element of every step.
 
 pub mod check;
 pub mod environment;

@@ -107,9 +107,9 @@ macro_rules! streams {
                 })
             }
 
-            /// Takes out what belongs to objects of which `stays`, asked with their index, says no. The objects themselves stay.
-            pub fn retain(&mut self, stays: impl Fn(u32) -> bool) {
-                $(self.$field.retain(|element| element.object().is_none_or(&stays));)+
+            /// Takes out what belongs to objects of which `gone`, asked with their index, says yes. The objects themselves stay.
+            pub fn take_out(&mut self, gone: impl Fn(u32) -> bool) {
+                $(self.$field.retain(|element| !element.object().is_some_and(&gone));)+
             }
         }
 

@@ -875,8 +875,8 @@ macro_rules! elements {
         })+
 
         /// What each stream is made of: its number and the Rust name of its element, from stream 1 on.
-        pub const ELEMENTS: [(u32, &str); STREAM_COUNT as usize - 1] = {
-            let rows = [$(($stream, stringify!($element))),+];
+        pub const ELEMENTS: &[(u32, &str)] = {
+            let rows = &[$(($stream, stringify!($element))),+];
             assert!(rows.len() + 1 == STREAM_COUNT as usize, "a stream has no element, or STREAM_COUNT is wrong");
             let mut at = 0;
             while at < rows.len() {

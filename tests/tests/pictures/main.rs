@@ -13,12 +13,12 @@ use std::{
 use reef_render::pictures::read_png;
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    skip,
+    own, skip,
 };
 
-/// Runs `reef` with the anemones beside it.
+/// Runs `reef` with its modules beside it.
 fn reef(assets: &Path, arguments: &[&str], fault: Option<&str>) -> Output {
-    let installed = artifacts().side_by_side(&["reef_anemone", "reef_particles"]);
+    let installed = artifacts().side_by_side(&own::libraries());
     let program = installed.path().join(artifacts().reef().file_name().unwrap());
     let mut command = Command::new(program);
     command.args(arguments).arg("--assets").arg(assets).env_remove("REEF_PLANT_FAULT");

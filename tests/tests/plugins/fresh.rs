@@ -2,7 +2,10 @@
 
 use std::{fs, path::Path};
 
-use reef_tests::artifacts::{artifacts, build};
+use reef_tests::{
+    artifacts::{artifacts, build},
+    own::OWN,
+};
 
 use crate::load;
 
@@ -40,7 +43,7 @@ fn an_edited_source_gives_the_new_library_even_in_the_same_second() {
 fn the_build_names_every_plugin_and_the_program() {
     let built = artifacts();
     assert!(built.reef().is_file());
-    for name in ["reef_anemone", "reef_particles", "reef_example_rust", "reef_fixture_faulty"] {
+    for name in OWN.iter().map(|plugin| plugin.library).chain(["reef_fixture_faulty"]) {
         assert!(built.plugin(name).is_file(), "{name}");
     }
 }

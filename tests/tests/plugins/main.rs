@@ -19,6 +19,7 @@ mod scaffold;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod strikes;
 mod textures;
+mod units;
 mod unload;
 
 use std::path::Path;

@@ -12,6 +12,7 @@ pub mod document;
 pub mod error;
 pub mod format;
 pub mod keyed;
+mod param;
 pub mod read;
 pub mod reference;
 pub mod scale;
@@ -26,66 +27,18 @@ use std::{
     path::{Path as FilePath, PathBuf},
 };
 
+use reef_plugin::{ParamInfo, PluginInfo};
 use serde_json::{Map, Value as Json, json};
 
 use self::{
-    check::{Bounds, Terms, check, did_you_mean, nearest},
+    check::{Terms, check, did_you_mean, nearest},
     document::{Node, Path, Value},
     error::{Fault, SceneError, Source},
     format::SceneFile,
+    param::Param,
     scale::{Defaults, in_metres},
     species::{Library, Mention, Species, check_species},
-    unit::{Unit, suffix, to_metres},
 };
-
-/// What the loader has to know of a plugin.
-#[derive(Clone, Debug, Default)]
-pub struct PluginInfo {
-    /// JSON Schema of the module's table; None: anything goes.
-    pub config_schema: Option<Json>,
-    /// Its parameters.
-    pub params: Vec<ParamInfo>,
-}
-
-/// What the loader has to know of a parameter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParamInfo {
-    /// Stable number.
-    pub id: u32,
-    /// Name in scene files.
-    pub key: String,
-    /// Unit.
-    pub unit: String,
-    /// One sentence.
-    pub help: String,
-    /// What values it takes.
-    pub kind: ParamKind,
-    /// Value without any wish.
-    pub default: f64,
-}
-
-/// What values a parameter takes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ParamKind {
-    /// Numbers.
-    Float {
-        /// Least.
-        minimum: f64,
-        /// Greatest.
-        maximum: f64,
-    },
-    /// Whole numbers.
-    Int {
-        /// Least.
-        minimum: f64,
-        /// Greatest.
-        maximum: f64,
-    },
-    /// On or off.
-    Switch,
-    /// One of these names.
-    Choice(Vec<String>),
-}
 
 /// Where the loader learns about plugins.
 pub trait Catalogue {
@@ -350,7 +303,7 @@ pub fn params(table: &Node, key: &Path, info: &PluginInfo, scale: f64) -> Result
             };
             return Err(Fault { span: entry.key_span.clone(), path, problem, help });
         };
-        match param.value_of(&entry.node, scale) {
+        match (Param { info: param, scale }).value_of(&entry.node) {
             Ok(value) => values.push((param.id, value)),
             Err(problem) => return Err(Fault { span: entry.node.span.clone(), path, problem, help: None }),
         }
@@ -358,69 +311,11 @@ pub fn params(table: &Node, key: &Path, info: &PluginInfo, scale: f64) -> Result
     if scale != 1.0 {
         let set = values.len();
         let unset = |param: &&ParamInfo| values[..set].iter().all(|(id, _)| *id != param.id);
-        let defaults: Vec<_> =
-            info.params.iter().filter(unset).filter_map(|param| param.scaled_default(scale)).collect();
+        let unset = info.params.iter().filter(unset);
+        let defaults: Vec<_> = unset.filter_map(|info| Param { info, scale }.scaled_default()).collect();
         values.extend(defaults);
     }
     Ok(values)
-}
-
-impl ParamInfo {
-    /// The number that the contract has for a value of a file whose lengths are in units of `scale` metres; `Err`: what would
-    /// be allowed.
-    fn value_of(&self, node: &Node, scale: f64) -> Result<f64, String> {
-        let value = match (&self.kind, &node.value) {
-            (ParamKind::Float { .. }, Value::Float(value)) => Some(*value),
-            (ParamKind::Float { .. } | ParamKind::Int { .. }, Value::Integer(value)) => Some(*value as f64),
-            (ParamKind::Switch, Value::Bool(value)) => Some(f64::from(u8::from(*value))),
-            (ParamKind::Choice(names), Value::String(text)) => {
-                names.iter().position(|name| name == text).map(|at| at as f64)
-            }
-            _ => None,
-        };
-        let inside = |value: &f64| self.bounds().allow(*value, self.power(), scale);
-        let value = value.filter(inside).map(|value| self.in_metres(value, scale));
-        value.ok_or_else(|| format!("is {}, but must be {}", node.to_json(), self.words(scale)))
-    }
-
-    /// The default of a scene whose lengths are in units of `scale` metres, as near as the range allows; None where the
-    /// plugin's own is just that.
-    fn scaled_default(&self, scale: f64) -> Option<(u32, f64)> {
-        let value = self.in_metres(self.default, scale);
-        (self.power() != 0 && value != self.default).then_some((self.id, value))
-    }
-
-    /// A value in metres, within the range.
-    fn in_metres(&self, value: f64, scale: f64) -> f64 {
-        let metres = self.bounds().nearest(to_metres(value, self.power(), scale));
-        if matches!(self.kind, ParamKind::Int { .. }) { metres.round() } else { metres }
-    }
-
-    /// The power by which its unit goes with the length.
-    fn power(&self) -> i32 {
-        Unit::read(&self.unit).power
-    }
-
-    fn bounds(&self) -> Bounds {
-        match self.kind {
-            ParamKind::Float { minimum, maximum } | ParamKind::Int { minimum, maximum } => {
-                Bounds { minimum: Some(minimum), maximum: Some(maximum), ..Bounds::default() }
-            }
-            _ => Bounds::default(),
-        }
-    }
-
-    /// What it takes, in words, in a scene whose lengths are in units of `scale` metres.
-    pub fn words(&self, scale: f64) -> String {
-        let range = self.bounds().from_metres(self.power(), scale).words();
-        let unit = suffix(&self.unit, scale);
-        match &self.kind {
-            ParamKind::Float { .. } => format!("a number {range}{unit}"),
-            ParamKind::Int { .. } => format!("a whole number {range}{unit}"),
-            ParamKind::Switch => "true or false".to_owned(),
-            ParamKind::Choice(names) => format!("one of {}", names.join(", ")),
-        }
-    }
 }
 
 #[cfg(test)]

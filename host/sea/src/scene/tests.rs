@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use reef_plugin::ParamKind;
+
 use super::*;
 
 /// A catalogue with one plugin, like the real ones.
@@ -52,21 +54,23 @@ impl Catalogue for Fake {
                 },
             },
         });
-        let kind = ParamKind::Float { minimum: 0.0, maximum: 2.0 };
         let param = |id, key: &str, kind| ParamInfo {
             id,
             key: key.to_owned(),
-            unit: String::new(),
-            help: String::new(),
             kind,
+            maximum: 2.0,
             default: 1.0,
+            ..ParamInfo::default()
         };
-        let choice = ParamKind::Choice(vec!["low".to_owned(), "high".to_owned()]);
-        let mut params =
-            vec![param(1, "sway", kind), param(2, "on", ParamKind::Switch), param(3, "level", choice)];
-        let kind = ParamKind::Float { minimum: 0.01, maximum: 2.0 };
-        params.push(ParamInfo { unit: "m".to_owned(), ..param(4, "reach", kind) });
-        Ok(Some(PluginInfo { config_schema: Some(schema), params }))
+        let choices = vec!["low".to_owned(), "high".to_owned()];
+        let reach = param(4, "reach", ParamKind::Float);
+        let params = vec![
+            param(1, "sway", ParamKind::Float),
+            param(2, "on", ParamKind::Switch),
+            ParamInfo { choices, ..param(3, "level", ParamKind::Choice) },
+            ParamInfo { unit: "m".to_owned(), minimum: 0.01, ..reach },
+        ];
+        Ok(Some(PluginInfo { config_schema: Some(schema), params, ..PluginInfo::default() }))
     }
 
     fn ids(&self) -> Vec<String> {

@@ -203,7 +203,7 @@ fn the_table_has_a_row_for_each_stream_and_names_no_two_alike() {
 #[test]
 fn what_belongs_to_an_object_goes_with_it_and_nothing_else_does() {
     let mut outputs = good();
-    outputs.retain(|object| object != 1);
+    outputs.take_out(|object| object == 1);
     let Outputs { objects, fibres, fibre_nodes, billboards, flows, .. } = &outputs;
     assert_eq!((fibres.len(), billboards.len()), (0, 1), "of fibre and sprites, one is the first object's");
     assert_eq!((objects.len(), fibre_nodes.len(), flows.len()), (2, 3, 1));

@@ -70,7 +70,8 @@ pub(crate) fn lines(
             let velocity = |_: usize, at: DVec3| {
                 let owner = own::id_of(number);
                 let v = reef_flow::reference::velocity(flow, (plant.origin + at).to_array(), owner);
-                DVec3::from(v) * f64::from(settings.current)
+                let surge = if bed.swayed() { batch.surge(fibre, at) } else { DVec3::ZERO };
+                DVec3::from(v) * f64::from(settings.current) + surge
             };
             for (i, load) in
                 loads_of(&shape, &frame, &nodes, &directions, &law, &velocity).into_iter().enumerate().skip(1)

@@ -19,54 +19,83 @@ pub struct Anemones {
     dressed: bool,
 }
 
+/// The field of a saved state that has all fibres.
+const FIBRES: &str = "fibres";
+
+/// Numbers of the parameters: they never change, not even when one is removed.
+mod id {
+    pub(super) const STIFFNESS: u32 = 1;
+    pub(super) const EXPONENT: u32 = 2;
+    pub(super) const DAMPING: u32 = 3;
+    pub(super) const FORCE: u32 = 4;
+    pub(super) const DRAG: u32 = 5;
+    pub(super) const CURRENT: u32 = 6;
+    pub(super) const CONTACT: u32 = 7;
+    pub(super) const RIGID: u32 = 8;
+    pub(super) const ARROWS: u32 = 9;
+    pub(super) const WAVES: u32 = 10;
+    pub(super) const TRAINS: u32 = 11;
+}
+
 /// What can change while the sea runs.
 pub const PARAMS: &[Param] = &[
-    Param::float(1, "stiffness")
+    Param::float(id::STIFFNESS, "stiffness")
         .label("Stiffness")
         .group("Fibres")
         .range(0.01, 100.0)
         .default(1.0)
         .logarithmic()
         .help("Factor on the stiffness K of every fibre."),
-    Param::float(2, "exponent")
+    Param::float(id::EXPONENT, "exponent")
         .label("Exponent, added")
         .group("Fibres")
         .range(-5.0, 20.0)
         .default(0.0)
         .help("Added to the exponent n of every fibre: more bends nearer to the tip."),
-    Param::float(3, "damping")
+    Param::float(id::DAMPING, "damping")
         .label("Damping")
         .group("Fibres")
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on the time in which fibres follow the water; 0 lets them jump to equilibrium."),
-    Param::choice(4, "force", &["linear", "quadratic"])
+    Param::choice(id::FORCE, "force", &["linear", "quadratic"])
         .label("Force")
         .group("Water")
         .help("Linear in the velocity, or with the drag coefficient of a cylinder."),
-    Param::float(5, "drag")
+    Param::float(id::DRAG, "drag")
         .label("Drag")
         .group("Water")
         .range(0.0, 20.0)
         .default(1.0)
         .help("Factor on the force that the flow exerts."),
-    Param::float(6, "current")
+    Param::float(id::CURRENT, "current")
         .label("Current")
         .group("Water")
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on the velocity that the fibres feel."),
-    Param::float(7, "contact")
+    Param::float(id::WAVES, "waves")
+        .label("Waves")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the orbital velocity with which the waves move the water around the fibres; 0 leaves them out."),
+    Param::switch(id::TRAINS, "trains")
+        .label("Choose wave trains")
+        .group("Water")
+        .default(1.0)
+        .help("Leaves out wave trains that move the water by less than half a pixel at a plant's depth and distance."),
+    Param::float(id::CONTACT, "contact")
         .label("Contact")
         .group("Water")
         .range(0.0, 20.0)
         .default(4.0)
         .help("Stiffness of rocks and ground over that of the fibre that touches them; 0 lets fibres pass."),
-    Param::switch(8, "rigid")
+    Param::switch(id::RIGID, "rigid")
         .label("Hold still")
         .group("Figures")
         .help("Works out forces and moments without bending the fibres."),
-    Param::choice(9, "arrows", &["both", "forces", "moments"]).label("Arrows").group("Figures").help(
+    Param::choice(id::ARROWS, "arrows", &["both", "forces", "moments"]).label("Arrows").group("Figures").help(
         "What debug lines show: the flow's forces on the nodes, the moments handed down the chain, or both.",
     ),
 ];
@@ -79,14 +108,16 @@ impl Anemones {
 
     fn settings(input: &StepInput) -> Settings {
         Settings {
-            stiffness: input.param(1),
-            exponent: input.param(2),
-            damping: input.param(3),
-            force: if input.param(4) >= 0.5 { Force::Quadratic } else { Force::Linear },
-            drag: input.param(5) as f32,
-            current: input.param(6) as f32,
-            contact: input.param(7) as f32,
-            rigid: input.param(8) >= 0.5,
+            stiffness: input.param(id::STIFFNESS),
+            exponent: input.param(id::EXPONENT),
+            damping: input.param(id::DAMPING),
+            force: if input.param(id::FORCE) >= 0.5 { Force::Quadratic } else { Force::Linear },
+            drag: input.param(id::DRAG) as f32,
+            current: input.param(id::CURRENT) as f32,
+            waves: input.param(id::WAVES) as f32,
+            trains: input.param(id::TRAINS) >= 0.5,
+            contact: input.param(id::CONTACT) as f32,
+            rigid: input.param(id::RIGID) >= 0.5,
         }
     }
 
@@ -127,6 +158,9 @@ impl Plugin for Anemones {
         let bed = &mut self.bed;
         let around = Surroundings {
             flow: input.flow(),
+            waves: input.waves(),
+            depth: input.water().depth.into(),
+            camera: Some(input.camera()),
             obstacles: input.obstacles(),
             ground: input.heightfield(),
             density: input.water().density,
@@ -160,7 +194,7 @@ impl Plugin for Anemones {
         }
         if input.wants_debug() {
             let water = input.water();
-            let shown = match input.param(9) as u32 {
+            let shown = match input.param(id::ARROWS) as u32 {
                 1 => Shown::Forces,
                 2 => Shown::Moments,
                 _ => Shown::Both,
@@ -174,12 +208,12 @@ impl Plugin for Anemones {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        state.put("fibres", &self.bed.save());
+        state.put(FIBRES, &self.bed.save());
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
-        let fibres = state.get::<f32>("fibres")?;
-        self.bed.load(&fibres).map_err(|problem| StateError::Refused(format!("field `fibres` {problem}")))
+        let fibres = state.get::<f32>(FIBRES)?;
+        self.bed.load(&fibres).map_err(|problem| StateError::Refused(format!("field `{FIBRES}` {problem}")))
     }
 }
 

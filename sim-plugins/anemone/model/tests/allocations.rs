@@ -3,58 +3,15 @@
 #[path = "common/scene.rs"]
 mod scene;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
 use glam::DVec3;
+use reef_anemone_model::bed::{Bed, Settings, Surroundings};
 use reef_sdk::{
     Workers,
-    abi::{self, Fibre, Flow, Object},
+    abi::{self, Camera, Fibre, Flow, Object, Wave},
 };
 
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passes everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn around(flow: &[Flow]) -> reef_anemone_model::bed::Surroundings<'_> {
-    reef_anemone_model::bed::Surroundings {
-        flow,
-        obstacles: &[],
-        ground: None,
-        density: 1000.0,
-        viscosity: 1.15e-3,
-        dt: 1.0 / 60.0,
-        level: reef_flow::Level::best(),
-        workers: reef_sdk::Workers::inline(),
-    }
-}
+static ALLOCATOR: reef_counting::Counting = reef_counting::Counting;
 
 #[test]
 fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
@@ -75,20 +32,38 @@ fn a_step_of_36_anemones_or_a_grid_allocates_nothing_once_warm() {
         let mut nodes = vec![[0.0; 4]; bed.node_count()];
         let mut fibres = vec![Fibre::default(); bed.fibre_count()];
         let mut objects = vec![Object::default(); bed.plant_count()];
-        let mut swim = |bed: &mut reef_anemone_model::bed::Bed| {
+        let train = |i: u8| Wave {
+            amplitude: 0.05 / f32::from(i + 1),
+            wave_number: 0.2 * f32::from(i + 1),
+            frequency: 1.2,
+            direction: [0.8, 0.6],
+            ..Wave::default()
+        };
+        let mut waves: Vec<Wave> = (0..30).map(train).collect();
+        let mut eye = Camera { fov_y: 0.9, width: 640, height: 360, ..Camera::default() };
+        let mut swim = |bed: &mut Bed| {
             for step in 0..100 {
                 for fish in &mut fish {
                     fish.position[2] = DVec3::splat(0.01 * f64::from(step)).z;
                 }
-                bed.step(&around(&fish), &Default::default(), &mut nodes);
+                waves.iter_mut().for_each(|wave| wave.phase = 0.05 * step as f32);
+                eye.position[2] = 0.2 * f64::from(step);
+                let around = Surroundings {
+                    flow: &fish,
+                    waves: &waves,
+                    camera: Some(&eye),
+                    ..Surroundings::default()
+                };
+                bed.step(&around, &Settings::default(), &mut nodes);
             }
             bed.write_objects(Workers::inline(), &mut objects);
             bed.write_fibres(Workers::inline(), &mut fibres) + bed.actors().count() + bed.trace().count()
         };
         // The fish's whole way once: every buffer grows to its greatest size.
+        assert!(reef_counting::of_this_thread() > 0, "nothing counts");
         swim(&mut bed);
-        let before = COUNT.get();
+        let before = reef_counting::of_this_thread();
         swim(&mut bed);
-        assert_eq!(COUNT.get() - before, 0, "{path}");
+        assert_eq!(reef_counting::of_this_thread() - before, 0, "{path}");
     }
 }

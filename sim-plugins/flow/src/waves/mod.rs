@@ -13,21 +13,26 @@
 //!
 //! [`spectrum`] makes the trains, [`dispersion`] ties k to ω; [`Trains`] is what a kernel takes, relative to an object's
 //! own origin; [`orbit`](fn@orbit) and [`surface`](fn@surface) are the kernels, [`carry`] runs one over many points;
-//! [`select`] says how many trains matter from how far away.
+//! [`select`] says how many trains matter from how far away, [`Choice`] keeps its answer. [`surge`] is for what stands still
+//! and sways: the orbital velocity over a whole plant, to first order, from one look at the trains.
 
 pub mod bare;
 mod carry;
+mod choice;
 pub mod dispersion;
 mod orbit;
 pub mod reference;
 pub mod select;
 pub mod spectrum;
+pub mod surge;
 pub mod trig;
 
 pub use carry::{Carried, carry};
+pub use choice::{Choice, Steady};
 pub use orbit::{Orbit, Surface, Trains, orbit, surface, velocity};
 pub use select::{Lens, Rule, Selection};
 pub use spectrum::{Train, WindSea, WindSeaError};
+pub use surge::{Places, Surges, Swell};
 
 /// Standard gravity [m/s²].
 pub const GRAVITY: f64 = 9.80665;

@@ -30,7 +30,7 @@ enum Regime {
 
 /// One train. What is constant over all points is multiplied out here.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Packed {
+pub(super) struct Packed {
     regime: Regime,
     /// Wave vector [half turns/m], x and z.
     half_turns: [f32; 2],
@@ -44,8 +44,8 @@ struct Packed {
     across: [f32; 2],
     up: f32,
     /// The same times ω [m/s].
-    across_speed: [f32; 2],
-    up_speed: f32,
+    pub(super) across_speed: [f32; 2],
+    pub(super) up_speed: f32,
     /// −ω² [1/s²].
     pull: f32,
     /// r, and r k cos θ, r k sin θ: the surface.
@@ -101,7 +101,7 @@ pub(super) fn acts(wave: &abi::Wave) -> bool {
     numbers.iter().all(|v| v.is_finite()) && wave.amplitude > 0.0 && wave.wave_number > 0.0
 }
 
-fn pack(wave: &abi::Wave, depth: f64, origin: [f64; 3]) -> Option<Packed> {
+pub(super) fn pack(wave: &abi::Wave, depth: f64, origin: [f64; 3]) -> Option<Packed> {
     let [r, k, omega, phase] = [wave.amplitude, wave.wave_number, wave.frequency, wave.phase].map(f64::from);
     let [x, z] = wave.direction.map(f64::from);
     let kh = k * depth;
@@ -177,21 +177,15 @@ pub fn orbit<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, [x, y
     let mut sum = Orbit { displacement: [zero; 3], velocity: [zero; 3], acceleration: [zero; 3] };
     for train in &trains.trains[..count.min(trains.trains.len())] {
         let (s, c) = phase(simd, train, x, z);
+        // Each regime for itself: where both axes are the same, two products are saved.
         match train.regime {
             Regime::Deep => {
                 let e = exp2_down(V::splat(simd, train.decay) * y);
                 let (s, c) = (s * e, c * e);
                 add(simd, &mut sum, train, [c, s], [s, c]);
             }
-            Regime::Finite => {
-                let e = exp2_down(V::splat(simd, train.decay) * y);
-                // Not below e^(−k h), so the quotient cannot overflow.
-                let back = V::splat(simd, train.bed) / e;
-                let (wide, high) = (e + back, e - back);
-                add(simd, &mut sum, train, [c * wide, s * high], [s * wide, c * high]);
-            }
-            Regime::Shallow => {
-                let (wide, high) = cosh_sinh(simd, V::splat(simd, train.decay) * (y + depth));
+            Regime::Finite | Regime::Shallow => {
+                let (wide, high) = axes(simd, train, y, depth);
                 add(simd, &mut sum, train, [c * wide, s * high], [s * wide, c * high]);
             }
         }
@@ -199,7 +193,7 @@ pub fn orbit<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, [x, y
     sum
 }
 
-/// The velocity of [`orbit`] alone [m/s]: what the waves add to the flow that a plant feels.
+/// The velocity of [`orbit`] alone [m/s].
 #[inline(always)]
 pub fn velocity<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, p: [V; 3]) -> [V; 3] {
     orbit(simd, trains, count, p).velocity
@@ -222,6 +216,25 @@ pub fn surface<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, [x,
     let length = mul_add(slope[0], slope[0], mul_add(slope[1], slope[1], one)).sqrt();
     let up = one / length;
     Surface { height, normal: [-slope[0] * up, up, -slope[1] * up] }
+}
+
+/// C and S without what [`Packed::across`] and [`Packed::up`] have of them, at the height `y` (−h … 0).
+#[inline(always)]
+pub(super) fn axes<S: Simd, V: Lanes<S>>(simd: S, train: &Packed, y: V, depth: V) -> (V, V) {
+    let decay = V::splat(simd, train.decay);
+    match train.regime {
+        Regime::Deep => {
+            let e = exp2_down(decay * y);
+            (e, e)
+        }
+        Regime::Finite => {
+            let e = exp2_down(decay * y);
+            // Not below e^(−k h), so the quotient cannot overflow.
+            let back = V::splat(simd, train.bed) / e;
+            (e + back, e - back)
+        }
+        Regime::Shallow => cosh_sinh(simd, decay * (y + depth)),
+    }
 }
 
 /// sin ψ and cos ψ.

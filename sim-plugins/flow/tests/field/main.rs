@@ -6,4 +6,5 @@ mod directional;
 mod levels;
 mod singularities;
 mod steepness;
+mod surge;
 mod waves;

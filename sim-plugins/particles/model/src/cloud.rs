@@ -8,7 +8,10 @@ mod prepare;
 mod state;
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed, Sphere, waves::Trains};
+use reef_flow::{
+    Field, Level, Packed, Sphere,
+    waves::{Choice, Steady, Trains},
+};
 use reef_sdk::{
     Chunks, Parts, Workers,
     abi::{Billboard, Camera, Flow, Object, Trace, Wave},
@@ -21,7 +24,7 @@ use crate::{
     group::Groups,
     inflow::Water,
     lasting::Lasting,
-    levels::{self, Choice, Levels},
+    levels::Levels,
     looks::Looks,
     reenter::{self, Leavers},
     ride::{self, Follow, Listed, Room, Work},
@@ -143,7 +146,7 @@ pub struct Cloud {
     field: Field,
     lasting: Lasting,
     /// What [`Swarm::reach`] was found for.
-    reached: levels::Trains,
+    reached: Steady,
     /// The step's trains as a box meets them that drifts with its uniform current.
     met: Vec<Wave>,
     /// Whether the step's trains are chosen by distance.
@@ -205,7 +208,7 @@ impl Cloud {
             trace_bounds: Vec::new(),
             field: Field::new(),
             lasting: Lasting::default(),
-            reached: levels::Trains::default(),
+            reached: Steady::default(),
             met: Vec::new(),
             choosing: false,
             levels: Levels::default(),

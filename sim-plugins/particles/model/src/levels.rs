@@ -3,9 +3,9 @@
 use fearless_simd::Simd;
 use reef_flow::{
     simd::{Lanes, mul_add},
-    waves::{Lens, Rule, Selection, select},
+    waves::{Rule, select},
 };
-use reef_sdk::abi::{Camera, Wave};
+use reef_sdk::abi::Wave;
 
 /// What a person may change while the sea runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,92 +112,6 @@ impl Levels {
     /// Beyond this no single particle is seen [m].
     pub fn farthest_particle(&self) -> f64 {
         if self.fog { self.fog_distance.min(self.visibility) } else { self.visibility }
-    }
-}
-
-/// What stays the same of the wave trains while time goes on.
-#[derive(Clone, Debug, Default)]
-pub struct Trains {
-    depth: f64,
-    /// Amplitude and wave number of each.
-    trains: Vec<[f32; 2]>,
-}
-
-impl Trains {
-    /// Whether they are these, over this depth.
-    pub fn are(&self, waves: &[Wave], depth: f64) -> bool {
-        let same = |(known, wave): (&[f32; 2], &Wave)| *known == [wave.amplitude, wave.wave_number];
-        self.depth == depth && self.trains.len() == waves.len() && self.trains.iter().zip(waves).all(same)
-    }
-
-    /// From now on they are.
-    pub fn become_these(&mut self, waves: &[Wave], depth: f64) {
-        self.depth = depth;
-        self.trains.clear();
-        self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
-    }
-}
-
-/// What the wave trains' list means for the particles of a box. Made anew when something of it changes, not each step.
-#[derive(Clone, Debug, Default)]
-pub struct Choice {
-    key: Key,
-    selection: Option<Selection>,
-    trains: Trains,
-    /// The trains, those that move the box's water most first.
-    order: Vec<u16>,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Key {
-    focal: f64,
-    corner: f64,
-    threshold: f64,
-    rule: Rule,
-}
-
-impl Choice {
-    /// Looks at a step's trains through its camera. `heights`: of the box's bottom and top [m, world].
-    pub fn update(
-        &mut self,
-        waves: &[Wave],
-        depth: f64,
-        camera: &Camera,
-        levels: &Levels,
-        [bottom, top]: [f64; 2],
-    ) {
-        let lens = Lens::new(camera);
-        let (threshold, rule) = (levels.threshold, levels.selection);
-        let key = Key { focal: lens.focal, corner: lens.corner, threshold, rule };
-        if key == self.key && self.selection.is_some() && self.trains.are(waves, depth) {
-            return;
-        }
-        self.key = key;
-        self.trains.become_these(waves, depth);
-        self.order.clear();
-        self.order.extend((0..).take(waves.len()));
-        if rule == Rule::Sum {
-            // Short waves hardly reach down: what matters least there comes last.
-            let axis = |number: &u16| select::axis(&waves[usize::from(*number)], depth, 0.5 * (bottom + top));
-            self.order.sort_by(|a, b| axis(b).total_cmp(&axis(a)));
-        }
-        let ordered: Vec<Wave> = self.order.iter().map(|number| waves[usize::from(*number)]).collect();
-        self.selection = Some(Selection::new(&ordered, depth, lens, threshold, rule, [bottom, top]));
-    }
-
-    /// Numbers of the trains, in the order in which [`Choice::count`] counts them.
-    pub fn order(&self) -> &[u16] {
-        &self.order
-    }
-
-    /// How many trains matter for orbits at the height `y` [m, world] at a distance [m] from the eye.
-    pub fn count(&self, y: f32, distance: f32) -> usize {
-        self.selection.as_ref().map_or(usize::MAX, |selection| selection.count(y, distance))
-    }
-
-    /// The table for many.
-    pub fn selection(&self) -> Option<&Selection> {
-        self.selection.as_ref()
     }
 }
 

@@ -26,33 +26,49 @@ pub struct Particles {
 const ORBITS: &str = "orbits in a step";
 const TRAINS: &str = "wave trains in them";
 
+/// Numbers of the parameters: they never change, not even when one is removed.
+mod id {
+    pub(super) const TRAINS: u32 = 1;
+    pub(super) const VISIBLE: u32 = 2;
+    pub(super) const MASTERS: u32 = 3;
+    pub(super) const FOG: u32 = 4;
+    pub(super) const THRESHOLD: u32 = 5;
+    pub(super) const MASTER_DISTANCE: u32 = 6;
+    pub(super) const FOG_DISTANCE: u32 = 7;
+    pub(super) const VISIBILITY: u32 = 8;
+    pub(super) const MARGIN: u32 = 9;
+    pub(super) const SIZE: u32 = 10;
+    pub(super) const OPACITY: u32 = 11;
+    pub(super) const SELECTION: u32 = 12;
+}
+
 /// What can change while the sea runs.
 pub const PARAMS: &[Param] = &[
-    Param::switch(1, "trains")
+    Param::switch(id::TRAINS, "trains")
         .label("Choose wave trains")
         .group("Levels of detail")
         .default(1.0)
         .help("Leaves out wave trains that are too small to be seen at a particle's distance."),
-    Param::choice(12, "selection", &["sum", "each"])
+    Param::choice(id::SELECTION, "selection", &["sum", "each"])
         .label("Which trains are left out")
         .group("Levels of detail")
         .help("sum: those that move a particle by less than the threshold all together, at its depth; each: the paper's rule, each that raises the surface by less."),
-    Param::switch(2, "visible")
+    Param::switch(id::VISIBLE, "visible")
         .label("Only what is in view")
         .group("Levels of detail")
         .default(1.0)
         .help("Leaves out orbits and sprites of particles that are not in view; their centres drift on."),
-    Param::switch(3, "masters")
+    Param::switch(id::MASTERS, "masters")
         .label("Masters and slaves")
         .group("Levels of detail")
         .default(1.0)
         .help("Beyond a distance, slaves are carried as their master is."),
-    Param::switch(4, "fog")
+    Param::switch(id::FOG, "fog")
         .label("Local fog")
         .group("Levels of detail")
         .default(1.0)
         .help("Beyond a distance, a fog stands for the particles: as opaque as they are, and of their colour."),
-    Param::float(5, "threshold")
+    Param::float(id::THRESHOLD, "threshold")
         .label("Threshold of trains")
         .group("Levels of detail")
         .unit("px")
@@ -60,41 +76,41 @@ pub const PARAMS: &[Param] = &[
         .default(1.0)
         .logarithmic()
         .help("A_min: what wave trains that are left out may move a particle by, in the scene's viewport."),
-    Param::float(6, "master_distance")
+    Param::float(id::MASTER_DISTANCE, "master_distance")
         .label("Masters from")
         .group("Levels of detail")
         .unit("m")
         .range(0.0, 1000.0)
         .default(2.0)
         .help("D_m: distance from the eye from which on slaves follow their masters; over a quarter of it they come to."),
-    Param::float(7, "fog_distance")
+    Param::float(id::FOG_DISTANCE, "fog_distance")
         .label("Fog from")
         .group("Levels of detail")
         .unit("m")
         .range(0.1, 1000.0)
         .default(12.0)
         .help("D_M: distance from the eye where the last single particle is gone; in the last sixth before, the fog takes over."),
-    Param::float(8, "visibility")
+    Param::float(id::VISIBILITY, "visibility")
         .label("Visibility")
         .group("Levels of detail")
         .unit("m")
         .range(0.1, 1000.0)
         .default(30.0)
         .help("Nothing is shown beyond this distance; 60 m is clear water."),
-    Param::float(9, "margin")
+    Param::float(id::MARGIN, "margin")
         .label("Margin of the view")
         .group("Levels of detail")
         .range(0.0, 4.0)
         .default(0.1)
         .help("How much wider than the scene's viewport counts as in view: for windows of another shape."),
-    Param::float(10, "size")
+    Param::float(id::SIZE, "size")
         .label("Size")
         .group("Looks")
         .range(0.1, 10.0)
         .default(1.0)
         .logarithmic()
         .help("Factor on every diameter."),
-    Param::float(11, "opacity")
+    Param::float(id::OPACITY, "opacity")
         .label("Opacity")
         .group("Looks")
         .range(0.0, 10.0)
@@ -150,18 +166,18 @@ impl Particles {
     fn levels(input: &StepInput) -> Levels {
         let on = |id| input.param(id) >= 0.5;
         Levels {
-            trains: on(1),
-            selection: if on(12) { Rule::Each } else { Rule::Sum },
-            visible: on(2),
-            masters: on(3),
-            fog: on(4),
-            threshold: input.param(5),
-            master_distance: input.param(6),
-            fog_distance: input.param(7),
-            visibility: input.param(8),
-            margin: input.param(9),
-            size: input.param(10),
-            opacity: input.param(11),
+            trains: on(id::TRAINS),
+            selection: if on(id::SELECTION) { Rule::Each } else { Rule::Sum },
+            visible: on(id::VISIBLE),
+            masters: on(id::MASTERS),
+            fog: on(id::FOG),
+            threshold: input.param(id::THRESHOLD),
+            master_distance: input.param(id::MASTER_DISTANCE),
+            fog_distance: input.param(id::FOG_DISTANCE),
+            visibility: input.param(id::VISIBILITY),
+            margin: input.param(id::MARGIN),
+            size: input.param(id::SIZE),
+            opacity: input.param(id::OPACITY),
         }
     }
 }

@@ -143,7 +143,7 @@ fn hidden(frame: &Frame, module: usize, ids: Option<&HashSet<u64>>) -> Frame {
     if let Some(ids) = ids {
         outputs = Outputs::clone(whole);
         let gone: Vec<bool> = outputs.objects.iter().map(|object| ids.contains(&object.id)).collect();
-        outputs.retain(|object| !gone.get(object as usize).copied().unwrap_or(false));
+        outputs.take_out(|object| gone.get(object as usize).copied().unwrap_or(false));
     }
     *whole = Arc::new(outputs);
     frame

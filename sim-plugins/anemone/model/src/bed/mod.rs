@@ -9,27 +9,34 @@ mod ground;
 pub(crate) mod own;
 mod pack;
 mod trace;
+mod waves;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed, Sphere, simd::Ahead};
+use reef_flow::{Field, Level, Packed, Sphere, simd::Ahead, waves::Surges};
 use reef_sdk::{
     Chunks, Heightfield, Parts, Workers,
-    abi::{self, Flow, Material, Obstacle},
+    abi::{self, Camera, Flow, Material, Obstacle},
 };
 
 use crate::{
     frame::Frame,
     sow::Harvest,
-    wide::{self, Blend, Chunk, Contacts, Force, StepConstants},
+    wide::{self, Blend, Chunk, Contacts, Force, StepConstants, Water},
 };
 
 /// What surrounds the plants in one step.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// All primitives, in the host's order.
     pub flow: &'a [Flow],
+    /// All wave trains, greatest first.
+    pub waves: &'a [abi::Wave],
+    /// Of the water [m].
+    pub depth: f64,
+    /// Who looks: how many trains matter follows from it. None: all do.
+    pub camera: Option<&'a Camera>,
     /// Rocks.
     pub obstacles: &'a [Obstacle],
     /// The sea bed.
@@ -46,6 +53,26 @@ pub struct Surroundings<'a> {
     pub workers: Workers<'a>,
 }
 
+impl Default for Surroundings<'_> {
+    /// Still sea water without a bed.
+    fn default() -> Self {
+        let StepConstants { density, viscosity, .. } = StepConstants::default();
+        Self {
+            flow: &[],
+            waves: &[],
+            depth: 10.0,
+            camera: None,
+            obstacles: &[],
+            ground: None,
+            density,
+            viscosity,
+            dt: 1.0 / 60.0,
+            level: Level::best(),
+            workers: Workers::inline(),
+        }
+    }
+}
+
 /// What a person may change while the sea runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -59,6 +86,10 @@ pub struct Settings {
     pub drag: f32,
     /// Factor on the flow's velocity.
     pub current: f32,
+    /// Factor on the waves' orbital velocity; with 0 there are none.
+    pub waves: f32,
+    /// Leave out wave trains that nobody sees the work of.
+    pub trains: bool,
     /// Stiffness of contacts over that of the touching node.
     pub contact: f32,
     /// The law of fibres whose drag is an area.
@@ -76,6 +107,8 @@ impl Default for Settings {
             damping: 1.0,
             drag: constants.drag,
             current: constants.current,
+            waves: 1.0,
+            trains: true,
             contact: constants.contact,
             force: constants.force,
             rigid: constants.rigid,
@@ -135,6 +168,10 @@ pub(crate) struct Batch {
     bounds: Sphere,
     pub(crate) packed: Packed,
     contacts: Contacts,
+    /// Where each fibre feels the waves, all of those on one foot in one place; and what they feel, as many to a vector as
+    /// fibres are, or one for all.
+    spots: Vec<u32>,
+    surges: Vec<Surges>,
     /// Made when some of its plants, but not all, must be stepped apart.
     apart: Option<Box<own::Apart>>,
 }
@@ -191,6 +228,9 @@ pub struct Bed {
     breakable: bool,
     evaluations: (u64, u64),
     field: Field,
+    swaying: waves::Swaying,
+    /// The last step had waves.
+    swayed: bool,
     /// Plants that emit flow in this step, ascending.
     emitters: Vec<u32>,
     applied: (f64, f64),
@@ -218,6 +258,8 @@ impl Bed {
             breakable: false,
             evaluations: (0, 0),
             field: Field::new(),
+            swaying: waves::Swaying::default(),
+            swayed: false,
             emitters: Vec::new(),
             applied: (1.0, 0.0),
             placed: false,
@@ -255,6 +297,11 @@ impl Bed {
     /// nodes that they would have been evaluated at.
     pub fn evaluations(&self) -> (u64, u64) {
         self.evaluations
+    }
+
+    /// Whether the waves moved the water in the last step.
+    pub(crate) fn swayed(&self) -> bool {
+        self.swayed
     }
 
     /// Vertices of all rings at full detail.
@@ -296,18 +343,24 @@ impl Bed {
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
-        let Self { plants, footed, feet, fibres, followers, jobs, field, emitters, .. } = self;
+        let Self { plants, footed, feet, fibres, followers, jobs, field, swaying, emitters, .. } = self;
+        let felt = if moving { swaying.feel(around, settings) } else { &[] };
         // Summed by those who have the numbers at hand; whole numbers, so the order is nobody's business.
         let (evaluated, saved) = (AtomicU64::new(0), AtomicU64::new(0));
         let advance = |batch: &mut Batch, nodes: &mut [[f32; 4]], ahead: &mut Ahead| {
-            let Batch { chunk, plants, packed, contacts, apart, anchor, bounds, .. } = batch;
+            if !felt.is_empty() {
+                batch.feel(felt);
+            }
+            let Batch { chunk, plants, packed, contacts, surges, apart, anchor, bounds, .. } = batch;
+            let surges = if felt.is_empty() { &[] } else { &surges[..] };
             chunk.set_gain(around.dt, settings.damping);
             own::step(chunk, plants, emitters, apart, nodes, |chunk, owner, nodes| {
                 packed.fill_near(field, *bounds, anchor.to_array(), owner);
                 let moving = (chunk.nodes() - chunk.count()) as u64;
                 evaluated.fetch_add(moving * u64::from(packed.evaluated()), Ordering::Relaxed);
                 saved.fetch_add(moving * u64::from(packed.saved()), Ordering::Relaxed);
-                wide::step_into(around.level, chunk, packed, contacts, &constants, nodes, ahead);
+                let water = Water { flow: packed, surges };
+                wide::step_into(around.level, chunk, water, contacts, &constants, nodes, ahead);
             });
         };
         each_batch(around.workers, feet, feet_nodes, &jobs[0], |batch, nodes, ahead| {
@@ -339,6 +392,7 @@ impl Bed {
             wide::emit(around.level, &mut batch.chunk, nodes);
         });
         if moving {
+            self.swayed = !felt.is_empty();
             self.evaluations = (evaluated.into_inner(), saved.into_inner());
         }
     }
@@ -355,6 +409,7 @@ impl Bed {
         for batch in self.feet.iter_mut().chain(&mut self.fibres).chain(&mut self.followers) {
             batch.settle(plants, around.ground.as_ref());
         }
+        self.swaying.place(plants, self.feet.iter_mut().chain(&mut self.fibres));
         self.bounds = self.plants.iter().map(|p| (p.origin.to_array(), p.reach as f32)).collect();
         self.placed = true;
         self.stale = true;

@@ -209,6 +209,8 @@ impl Packer {
                 bounds: Sphere { center: [0.0; 3], radius: 0.0 },
                 packed: Packed::new(),
                 contacts: Contacts::default(),
+                spots: Vec::new(),
+                surges: Vec::new(),
                 apart: None,
             })
         };

@@ -8,10 +8,11 @@ use reef_flow::{
     Packed,
     simd::{Ahead, clamp, mul_add, neg_mul_add, prefetch, splat16 as splat},
     velocity16,
+    waves::Surges,
 };
 
 use super::{
-    LANES, Sixteen,
+    LANES, Sixteen, Water,
     chunk::{Chunk, Drag, GROUPS, Group, Segment},
     contact::{Contacts, overlap},
     emit,
@@ -124,7 +125,7 @@ pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x16<S>) -> V
 pub(crate) fn step<S: Simd>(
     simd: S,
     chunk: &mut Chunk,
-    packed: &Packed,
+    water: Water<'_>,
     contacts: &Contacts,
     constants: &StepConstants,
     into: &mut [[f32; 4]],
@@ -132,7 +133,8 @@ pub(crate) fn step<S: Simd>(
 ) {
     ahead.spread(2 * chunk.segments);
     let law = Law::of(chunk, constants);
-    let mut around = Around { packed, contacts, law, constants, touching: !contacts.is_empty() };
+    let Water { flow: packed, surges } = water;
+    let mut around = Around { packed, surges, contacts, law, constants, touching: !contacts.is_empty() };
     let mut gains = [[0.0; LANES]; GROUPS];
     for (gain, root) in gains.iter_mut().zip(&chunk.roots) {
         *gain = root.gain;
@@ -169,11 +171,21 @@ pub(crate) fn step<S: Simd>(
 #[derive(Clone, Copy)]
 pub(crate) struct Around<'a> {
     pub(crate) packed: &'a Packed,
+    /// See [`Water::surges`].
+    pub(crate) surges: &'a [Surges],
     pub(crate) contacts: &'a Contacts,
     pub(crate) law: Law,
     pub(crate) constants: &'a StepConstants,
     /// Some fibre may touch something.
     pub(crate) touching: bool,
+}
+
+impl<'a> Around<'a> {
+    /// What the waves do to a group.
+    #[inline(always)]
+    pub(crate) fn surge(&self, group: usize) -> Option<&'a Surges> {
+        self.surges.get(group).or(self.surges.last())
+    }
 }
 
 /// The drag of one chunk as the kernel needs it.
@@ -211,8 +223,8 @@ fn loads<S: Simd>(
     next: &[[f32; 4]],
     ahead: &mut Ahead,
 ) {
-    let Around { packed, contacts, law, constants, touching } = *around;
-    let still = packed.is_still();
+    let Around { packed, surges, contacts, constants, touching, .. } = *around;
+    let still = packed.is_still() && surges.is_empty();
     let loaded = chunk.load != [0.0; 3];
     let load_force = splat3(simd, chunk.load);
     let (groups, kinds) = (chunk.groups, chunk.kinds);
@@ -237,7 +249,7 @@ fn loads<S: Simd>(
             let (segment, root, node) = (&row[g.min(kinds - 1)], &chunk.roots[g], nodes[g]);
             let mut force = handed[g];
             if !still {
-                force = flow_force(simd, node, segment, root, packed, law, constants.current, force);
+                force = flow_force(simd, node, segment, root, around, g, force);
             }
             if loaded {
                 force = [force[0] + load_force[0], force[1] + load_force[1], force[2] + load_force[2]];
@@ -278,22 +290,15 @@ fn flow_force<S: Simd>(
     node: Vector<S>,
     segment: &Segment,
     root: &Group,
-    packed: &Packed,
-    law: Law,
-    current: f32,
+    around: &Around<'_>,
+    group: usize,
     force: Vector<S>,
 ) -> Vector<S> {
-    let [x, y, z] = root.at_anchor(simd, node);
-    let v = velocity16(simd, packed, x, y, z);
+    let v = water_at(simd, node, root, around, group);
     let (least, most) = (splat(simd, -GREATEST_SPEED), splat(simd, GREATEST_SPEED));
-    let current = splat(simd, current);
-    let v = [
-        clamp(v[0] * current, least, most),
-        clamp(v[1] * current, least, most),
-        clamp(v[2] * current, least, most),
-    ];
+    let v = [clamp(v[0], least, most), clamp(v[1], least, most), clamp(v[2], least, most)];
     let drag = load(simd, &segment.drag);
-    match law {
+    match around.law {
         Law::Linear(factor) => add_scaled(force, v, drag * splat(simd, factor)),
         Law::Quadratic { density, reynolds } => {
             let speed = dot(v, v).sqrt();
@@ -306,6 +311,24 @@ fn flow_force<S: Simd>(
             ]
         }
     }
+}
+
+/// V at sixteen nodes: of the flow, and of the waves.
+#[inline(always)]
+pub(crate) fn water_at<S: Simd>(
+    simd: S,
+    node: Vector<S>,
+    root: &Group,
+    around: &Around<'_>,
+    group: usize,
+) -> Vector<S> {
+    let [x, y, z] = root.at_anchor(simd, node);
+    let v = velocity16(simd, around.packed, x, y, z);
+    let current = splat(simd, around.constants.current);
+    let v = [v[0] * current, v[1] * current, v[2] * current];
+    let Some(surges) = around.surge(group) else { return v };
+    let surge = surges.velocity(simd, node);
+    [v[0] + surge[0], v[1] + surge[1], v[2] + surge[2]]
 }
 
 /// ρ L r C_D |V|: times V it is the force of eq. (6).

@@ -18,7 +18,7 @@ pub use contact::{Capsule, Contacts, Ground};
 pub use kernel::{Force, StepConstants};
 
 use glam::DVec3;
-use reef_flow::{Level, Packed, simd::Ahead};
+use reef_flow::{Level, Packed, simd::Ahead, waves::Surges};
 
 use crate::frame::Frame;
 
@@ -28,8 +28,18 @@ pub const LANES: usize = 16;
 /// One number of each of sixteen fibres.
 pub type Sixteen = [f32; LANES];
 
-/// One step of all fibres of a chunk: eq. (13) down the chain, then the bends up again. `packed` is the flow relative to
-/// the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`carry`]) first.
+/// The water that moves a chunk's fibres.
+#[derive(Clone, Copy, Debug)]
+pub struct Water<'a> {
+    /// The flow, relative to the chunk's anchor.
+    pub flow: &'a Packed,
+    /// What the waves add, relative to the plants' origins: one for each sixteen fibres, or one for all; nothing where there
+    /// are none.
+    pub surges: &'a [Surges],
+}
+
+/// One step of all fibres of a chunk without waves: eq. (13) down the chain, then the bends up again. `packed` is the flow
+/// relative to the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`carry`]) first.
 pub fn step(
     level: Level,
     chunk: &mut Chunk,
@@ -37,21 +47,22 @@ pub fn step(
     contacts: &Contacts,
     constants: &StepConstants,
 ) {
-    step_into(level, chunk, packed, contacts, constants, &mut [], &mut Ahead::none());
+    let water = Water { flow: packed, surges: &[] };
+    step_into(level, chunk, water, contacts, constants, &mut [], &mut Ahead::none());
 }
 
-/// As [`step`], then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`:
+/// As [`step`] in any water, then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`:
 /// what will be needed next.
 pub fn step_into(
     level: Level,
     chunk: &mut Chunk,
-    packed: &Packed,
+    water: Water<'_>,
     contacts: &Contacts,
     constants: &StepConstants,
     into: &mut [[f32; 4]],
     ahead: &mut Ahead,
 ) {
-    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, packed, contacts, constants, into, ahead));
+    reef_flow::dispatch!(level, simd => kernel::step(simd, chunk, water, contacts, constants, into, ahead));
 }
 
 /// Puts each root where its carrier is: `origin` [m] relative to the plant's origin.

@@ -12,16 +12,17 @@ use core::ops::Range;
 
 use fearless_simd::{Select, Simd, f32x16, prelude::*};
 use reef_flow::{
-    Packed,
     simd::{mul_add, splat16 as splat},
-    steepness, velocity16,
+    steepness,
 };
 
 use super::{
     LANES, Sixteen,
     chunk::{Chunk, GROUPS, Group, Segment},
     contact::may_touch,
-    kernel::{Around, GREATEST_SPEED, Law, Vector, dot, load, load3, quadratic, store, sub_scaled, touch},
+    kernel::{
+        Around, GREATEST_SPEED, Law, Vector, dot, load, load3, quadratic, store, sub_scaled, touch, water_at,
+    },
 };
 
 /// Parts of a step at most. What would need more goes a smaller share of its way, and takes longer to follow.
@@ -53,8 +54,8 @@ impl Outlook {
 /// radius is half the fibre's length.
 #[inline(always)]
 pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> Outlook {
-    let Around { packed, contacts, law, constants, .. } = *around;
-    let varied = !packed.is_uniform();
+    let Around { packed, surges, contacts, law, constants, .. } = *around;
+    let varied = !packed.is_uniform() || !surges.is_empty();
     let mut outlook = Outlook::clear();
     if !varied && contacts.is_empty() {
         return outlook;
@@ -67,8 +68,11 @@ pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> O
         if varied {
             doubtful = match law {
                 Law::Linear(factor) => {
-                    let slope = steepness(simd, packed, middle, reach)
+                    let mut slope = steepness(simd, packed, middle, reach)
                         * splat(simd, MARGIN * factor * constants.current);
+                    if let Some(surge) = around.surge(g) {
+                        slope = mul_add(surge.steepness(simd), splat(simd, MARGIN * factor), slope);
+                    }
                     let once = mul_add(slope, load(simd, &root.lever), one);
                     let far = (load(simd, &root.gain) * once) * once;
                     far.simd_gt(splat(simd, 2.0)).select(one, zero)
@@ -96,7 +100,7 @@ pub(crate) fn shares<S: Simd>(
     groups: Range<usize>,
     around: &Around<'_>,
 ) -> [Sixteen; GROUPS] {
-    let Around { packed, contacts, law, constants, touching } = *around;
+    let Around { contacts, constants, touching, .. } = *around;
     let mut shares = [[0.0; LANES]; GROUPS];
     for g in groups {
         let root = &chunk.roots[g];
@@ -116,7 +120,7 @@ pub(crate) fn shares<S: Simd>(
         for s in (0..chunk.segments).rev() {
             let segment = &chunk.constants[chunk.constants_of(s, g)];
             let (length, spring) = (load(simd, &segment.length), load(simd, &segment.spring));
-            let slope = force_slope(simd, node, segment, root, packed, law, constants.current);
+            let slope = force_slope(simd, node, segment, root, around, g);
             row = mul_add(slope, levers, row);
             gamma = gamma.max(row / spring);
             if touching {
@@ -145,21 +149,25 @@ fn force_slope<S: Simd>(
     node: Vector<S>,
     segment: &Segment,
     root: &Group,
-    packed: &Packed,
-    law: Law,
-    current: f32,
+    around: &Around<'_>,
+    group: usize,
 ) -> f32x16<S> {
-    if packed.is_uniform() {
+    let packed = around.packed;
+    let surge = around.surge(group);
+    if packed.is_uniform() && surge.is_none() {
         return splat(simd, 0.0);
     }
     let at = root.at_anchor(simd, node);
-    let current = splat(simd, current);
-    let slope = steepness(simd, packed, at, splat(simd, 0.0)) * current;
-    match law {
+    let current = splat(simd, around.constants.current);
+    let mut slope = steepness(simd, packed, at, splat(simd, 0.0)) * current;
+    if let Some(surge) = surge {
+        slope += surge.steepness(simd);
+    }
+    match around.law {
         Law::Linear(factor) => slope * (load(simd, &segment.drag) * splat(simd, factor)),
         Law::Quadratic { density, reynolds } => {
-            let v = velocity16(simd, packed, at[0], at[1], at[2]);
-            let speed = dot(v, v).sqrt().min(splat(simd, GREATEST_SPEED)) * current;
+            let v = water_at(simd, node, root, around, group);
+            let speed = dot(v, v).sqrt().min(splat(simd, GREATEST_SPEED));
             // The derivative of |V|² is twice |V|.
             slope * quadratic(simd, segment, speed, density, reynolds) * splat(simd, 2.0)
         }

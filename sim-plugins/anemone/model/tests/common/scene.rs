@@ -11,7 +11,7 @@ use reef_anemone_model::{
     species::Species,
 };
 use reef_flow::Level;
-use reef_sdk::{SceneInfo, Workers, abi::Flow};
+use reef_sdk::{SceneInfo, abi::Flow};
 use serde_json::{Map, Value};
 
 /// The folder `assets`.
@@ -152,16 +152,7 @@ pub fn run(bed: &mut Bed, flow: &[Flow], dt: f64, steps: usize) -> Vec<[f32; 4]>
 pub fn run_at(bed: &mut Bed, flow: &[Flow], dt: f64, steps: usize, level: Level) -> Vec<[f32; 4]> {
     let mut nodes = vec![[0.0; 4]; bed.node_count()];
     for _ in 0..steps {
-        let around = Surroundings {
-            flow,
-            obstacles: &[],
-            ground: None,
-            density: 1000.0,
-            viscosity: 1.15e-3,
-            dt,
-            level,
-            workers: Workers::inline(),
-        };
+        let around = Surroundings { flow, dt, level, ..Surroundings::default() };
         bed.step(&around, &Settings::default(), &mut nodes);
     }
     nodes

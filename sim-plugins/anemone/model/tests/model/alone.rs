@@ -5,13 +5,13 @@ use reef_anemone_model::{
     bed::{Bed, Settings, Surroundings},
     config::{Anemone, Config, FibreGrid},
 };
-use reef_flow::Level;
-use reef_sdk::{Heightfield, Workers, abi};
+use reef_sdk::{Heightfield, abi};
 
 use crate::{
     bed::{info, one_strawberry},
     common::*,
     scene::*,
+    waves,
 };
 
 /// Slopes by 0.3 along x.
@@ -27,17 +27,30 @@ const ROCK: abi::Obstacle =
 
 /// Steps on the slope.
 fn run_on_slope(bed: &mut Bed, flow: &[abi::Flow], rocks: &[abi::Obstacle], steps: usize) {
+    run_in_waves(bed, flow, rocks, |_| Vec::new(), steps);
+}
+
+/// Steps on the slope in waves that are given for each time [s].
+fn run_in_waves(
+    bed: &mut Bed,
+    flow: &[abi::Flow],
+    rocks: &[abi::Obstacle],
+    waves: impl Fn(f64) -> Vec<abi::Wave>,
+    steps: usize,
+) {
     let mut nodes = vec![[0.0; 4]; bed.node_count()];
-    for _ in 0..steps {
+    let eye =
+        abi::Camera { position: [0.5, 1.0, 3.0], fov_y: 0.9, width: 320, height: 180, ..Default::default() };
+    for step in 0..steps {
+        let waves = waves(step as f64 * DT);
+        let ground = Some(ground());
         let around = Surroundings {
             flow,
+            waves: &waves,
+            camera: Some(&eye),
             obstacles: rocks,
-            ground: Some(ground()),
-            density: 1000.0,
-            viscosity: 1.15e-3,
-            dt: DT,
-            level: Level::best(),
-            workers: Workers::inline(),
+            ground,
+            ..Surroundings::default()
         };
         bed.step(&around, &Settings::default(), &mut nodes);
     }
@@ -61,6 +74,8 @@ fn first(bed: &Bed, count: usize) -> Vec<[u64; 3]> {
 
 #[test]
 fn a_plant_alone_equals_itself_among_64_others_bit_for_bit() {
+    let still: fn(f64) -> Vec<abi::Wave> = |_| Vec::new();
+    let seas = [(still, "no waves"), (waves::sea, "waves")];
     let small = |count: usize| {
         let mut scene = info(&["actinia-fragacea"]);
         scene.species["actinia-fragacea"]["tentacles"]["count"] = 12.into();
@@ -73,11 +88,13 @@ fn a_plant_alone_equals_itself_among_64_others_bit_for_bit() {
         });
         grow(&scene, &Config { anemones: plants.collect(), ..Config::default() })
     };
-    let (mut alone, mut among) = (small(1), small(65));
-    run_on_slope(&mut alone, &flow(), &[ROCK], 200);
-    run_on_slope(&mut among, &flow(), &[ROCK], 200);
-    let count = alone.node_count();
-    assert!(first(&alone, count) == first(&among, count), "a plant with a foot");
+    for (waves, name) in seas {
+        let (mut alone, mut among) = (small(1), small(65));
+        run_in_waves(&mut alone, &flow(), &[ROCK], waves, 200);
+        run_in_waves(&mut among, &flow(), &[ROCK], waves, 200);
+        let count = alone.node_count();
+        assert!(first(&alone, count) == first(&among, count), "a plant with a foot, {name}");
+    }
     // A fibre that stands by itself, among others with other rest poses.
     let fibres = |count: u32| {
         let lone = FibreGrid { count: [1, 1], nodes: 12, lean: 0.0, curve: 0.0, ..FibreGrid::default() };
@@ -86,10 +103,12 @@ fn a_plant_alone_equals_itself_among_64_others_bit_for_bit() {
         let fibres = if count > 1 { vec![lone, others] } else { vec![lone] };
         grow(&info(&[]), &Config { fibres, ..Config::default() })
     };
-    let (mut alone, mut among) = (fibres(1), fibres(65));
-    run_on_slope(&mut alone, &flow(), &[ROCK], 200);
-    run_on_slope(&mut among, &flow(), &[ROCK], 200);
-    assert!(first(&alone, 12) == first(&among, 12), "a fibre by itself");
+    for (waves, name) in seas {
+        let (mut alone, mut among) = (fibres(1), fibres(65));
+        run_in_waves(&mut alone, &flow(), &[ROCK], waves, 200);
+        run_in_waves(&mut among, &flow(), &[ROCK], waves, 200);
+        assert!(first(&alone, 12) == first(&among, 12), "a fibre by itself, {name}");
+    }
 }
 
 #[test]

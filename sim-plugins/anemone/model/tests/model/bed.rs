@@ -8,7 +8,7 @@ use reef_anemone_model::{
 };
 use reef_flow::Level;
 use reef_sdk::{
-    Heightfield, SceneInfo, Workers,
+    Heightfield, SceneInfo,
     abi::{self, Flow},
 };
 
@@ -354,11 +354,7 @@ fn plants_stand_on_the_bed_and_their_tentacles_do_not_enter_it_or_a_rock() {
                 flow: &flow,
                 obstacles: &[rock],
                 ground: Some(flat(&heights)),
-                density: 1000.0,
-                viscosity: 1.15e-3,
-                dt: DT,
-                level: Level::best(),
-                workers: Workers::inline(),
+                ..Surroundings::default()
             };
             bed.step(&around, &Settings { contact, ..Settings::default() }, &mut nodes);
         }

@@ -7,7 +7,7 @@ use reef_anemone_model::{
     reference::Fibre,
     residual,
     shape::{DragLaw, FibreShape},
-    wide::{self, Contacts, Drag, Force, StepConstants},
+    wide::{self, Contacts, Drag, Force, StepConstants, Water},
 };
 use reef_flow::{Level, Packed, simd::Ahead};
 use reef_sdk::abi;
@@ -399,7 +399,7 @@ fn nodes_that_are_written_on_the_way_are_those_of_the_finished_pose() {
                     wide::step_into(
                         level,
                         &mut together,
-                        &packed,
+                        Water { flow: &packed, surges: &[] },
                         &contacts,
                         &constants,
                         &mut on_the_way,

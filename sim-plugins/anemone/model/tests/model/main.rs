@@ -11,3 +11,4 @@ mod poses;
 mod scene;
 mod species_table;
 mod trace;
+mod waves;

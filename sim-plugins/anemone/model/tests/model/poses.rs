@@ -1,10 +1,13 @@
-//! What the species do in the default sea's current: how far they lean, and how their tips swing.
+//! What the species do in the default sea's swell and currents: how far they lean, and how their tips swing.
+
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 use reef_anemone_model::{
     bed::Bed,
     config::{Anemone, Config},
 };
+use reef_flow::waves::dispersion;
 use reef_sdk::{SceneInfo, abi::Flow};
 use serde_json::Map;
 
@@ -15,15 +18,27 @@ const DT: f64 = 1.0 / 60.0;
 /// Steps between two looks.
 const LOOK: usize = 6;
 
-/// The greatest speed [m/s] that the default sea's currents reach together, and the longest period [s] of the
-/// strongest.
+/// The greatest speed [m/s] that the default sea's swell and currents reach together at the bed, and the period [s] of the
+/// strongest train.
 fn default_current() -> (f64, f64) {
     let scene = toml("scenes/reef.toml");
+    let number = |table: &serde_json::Value, key: &str| table[key].as_f64().expect("a number");
+    let depth = number(&scene["water"], "depth");
+    // Amplitude and frequency of the orbits at the bed.
+    let trains = scene["wave"].as_array().expect("a swell").iter().map(|wave| {
+        let k = TAU / number(wave, "wavelength");
+        (number(wave, "amplitude") / (k * depth).sinh(), dispersion::frequency(k, depth))
+    });
+    let (mut speed, mut strongest) = (0.0, (0.0, 0.0));
+    for (amplitude, frequency) in trains {
+        speed += amplitude * frequency;
+        if amplitude * frequency > strongest.0 {
+            strongest = (amplitude * frequency, TAU / frequency);
+        }
+    }
     let flows = scene["flow"].as_array().expect("flows");
-    let currents: Vec<_> = flows.iter().filter(|f| f["kind"] == "directional").collect();
-    let speed = |f: &&serde_json::Value| f["speed"].as_f64().expect("a speed");
-    let strongest = currents.iter().copied().max_by(|a, b| speed(a).total_cmp(&speed(b))).expect("a current");
-    (currents.iter().map(speed).sum(), strongest["period"].as_f64().expect("a period"))
+    let currents = flows.iter().filter(|flow| flow["kind"] == "directional");
+    (speed + currents.map(|flow| number(flow, "speed")).sum::<f64>(), strongest.1)
 }
 
 /// Five plants of a species, from small to large, a metre apart.
@@ -77,13 +92,13 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// The default current as it swings at a moment [s].
 fn swinging(at: f64) -> Flow {
     let (speed, period) = default_current();
-    current(DVec3::X * (speed * (std::f64::consts::TAU * at / period).sin()))
+    current(DVec3::X * (speed * (TAU * at / period).sin()))
 }
 
 #[test]
 fn seagrass_leans_by_about_35_degrees_at_most_in_the_default_current() {
     let (speed, _) = default_current();
-    assert!((0.1..0.2).contains(&speed), "the default sea's currents: {speed} m/s");
+    assert!((0.1..0.2).contains(&speed), "the default sea's water: {speed} m/s");
     for species in ["seagrass", "turtlegrass"] {
         for along in [DVec3::X, DVec3::Z, DVec3::NEG_X] {
             let mut bed = bed_of(species);

@@ -1,6 +1,6 @@
 //! What holds for a whole box in one step.
 
-use reef_flow::{Packed, Sphere};
+use reef_flow::{Packed, Sphere, waves::Lens};
 use reef_sdk::abi::Wave;
 
 use super::{Cloud, Now, Surroundings, Swarm, fill, id_of, whole};
@@ -35,6 +35,7 @@ impl Cloud {
             self.reached.become_these(around.waves, around.depth);
         }
         let view = View::new(around.camera, levels.margin);
+        let lens = Lens::new(around.camera);
         for (id, swarm) in (0..).map(id_of).zip(&mut self.swarms) {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
             fill(&mut swarm.packed, &self.field, bounds, &swarm.plan, id);
@@ -43,7 +44,8 @@ impl Cloud {
             let [vx, _, vz] = swarm.packed.uniform();
             let heights = [swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y];
             if self.choosing {
-                swarm.choice.update(around.waves, around.depth, around.camera, &levels, heights);
+                let (threshold, rule) = (levels.threshold, levels.selection);
+                swarm.choice.update(around.waves, around.depth, lens, threshold, rule, heights);
             }
             let order = if self.choosing { swarm.choice.order() } else { &[] };
             self.met.clear();
