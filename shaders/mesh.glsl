@@ -7,6 +7,8 @@
 #define VEIL 4u            // light shines through by opacity: drawn from far to near
 #define FAR_SIDE 8u        // of a veil: only what faces away
 #define PLAIN 16u          // no texture
+#define SMOOTH 32u         // no pattern either
+#define LIT_VEIL 64u       // a veil that is lit at its vertices
 
 /// A mesh that stays on the device.
 struct Mesh {
@@ -83,17 +85,21 @@ struct Part {
 
 // NOT_DRAWN is in fibre.glsl.
 #define LEFT_OUT 0x100u     // in a bin: there was no room for it
-#define BINS 5u
+#define BINS 6u
 #define BIN_LIT 0u         // lit at its vertices
 #define BIN_PIXEL 2u       // lit pixel by pixel
-#define BIN_VEIL 4u        // the same, let through; + 1 in the others: two-sided
+#define BIN_VEIL 4u        // the same, let through; + 1 in those before: two-sided
+#define BIN_LIT_VEIL 5u
+#define SMOOTH_LIT 4.0     // what has no pattern may be so many times as large and still lit at its vertices
 #define BAND 1.4           // a coarser level begins to fade in at this many times its threshold
-#define SKIN_THREADS 32
+#define SKIN_THREADS 8      // a part may have four vertices
+#define LIGHT_THREADS 64u
 
 /// What the scan writes.
 struct MeshDraws {
-    uvec4 commands[10];    // VkDrawIndexedIndirectCommand of each bin, in 8 words
+    uvec4 commands[12];    // VkDrawIndexedIndirectCommand of each bin, in 8 words
     uvec4 groups;          // VkDispatchIndirectCommand over the parts that are drawn; w: how many
+    uvec4 light_groups;    // the same over all vertices
     uvec4 counts;          // vertices, triangles, instances that are drawn, parts that did not fit
 };
 

@@ -38,7 +38,7 @@ void main() {
     bool gone = (part.bin & LEFT_OUT) != 0u;
     Level level = levels[part.level];
     uint base = parts[2u * instance.vertices_of + (index & 1u)].first_vertex - level.first_vertex;
-    bool veil = part.bin == BIN_VEIL;
+    bool veil = part.bin == BIN_VEIL || part.bin == BIN_LIT_VEIL;
     bool far_side = (instance.flags & FAR_SIDE) != 0u;
     for (uint t = gl_LocalInvocationID.x; t < level.triangles; t += uint(SKIN_THREADS)) {
         uint from = level.first_index + t * 3u;

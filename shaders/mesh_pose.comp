@@ -56,8 +56,9 @@ void main() {
     vec3 high = vec3(-1e30);
     float stretch = anew ? 1.0 : 0.0;
     for (uint j = 0u; j < instance.joints; j++) {
-        Joint a = previous_joints[instance.previous + j];
         Joint b = current_joints[instance.current + j];
+        Joint a = b;
+        if (instance.blend < 1.0) a = previous_joints[instance.previous + j];
         // Along the shorter arc.
         vec4 other = dot(a.rotation, b.rotation) < 0.0 ? -b.rotation : b.rotation;
         vec4 q = mix(a.rotation, other, instance.blend);
@@ -115,10 +116,12 @@ void main() {
     float there = 1.0 - instance.fade;
 
     bool veil = (instance.flags & VEIL) != 0u;
-    bool lit = 2.0 * radius * pixels < push.lit && (instance.flags & PLAIN) != 0u;
+    float most = (instance.flags & SMOOTH) != 0u ? SMOOTH_LIT * push.lit : push.lit;
+    bool lit = 2.0 * radius * pixels < most && (instance.flags & PLAIN) != 0u;
     uint bin = lit ? BIN_LIT : BIN_PIXEL;
     bin += (mesh.flags & MESH_TWO_SIDED) != 0u ? 1u : 0u;
-    part.bin = veil ? BIN_VEIL : bin;
+    uint veil_bin = (instance.flags & LIT_VEIL) != 0u ? BIN_LIT_VEIL : BIN_VEIL;
+    part.bin = veil ? veil_bin : bin;
     other.bin = part.bin;
     part.level = seen ? mesh.first_level + chosen : NOT_DRAWN;
     other.level = seen && coarser > 0.0 ? mesh.first_level + next : NOT_DRAWN;

@@ -32,6 +32,7 @@ struct Needs {
 };
 
 shared Needs needs[THREADS];
+shared Needs totals;
 
 Needs nothing() {
     Needs n;
@@ -57,24 +58,27 @@ void main() {
     }
     needs[thread] = own;
     barrier();
-    Needs at = nothing();
-    Needs all = nothing();
-    for (uint t = 0u; t < uint(THREADS); t++) {
-        bool before = t < thread;
-        at.vertices += before ? needs[t].vertices : 0u;
-        at.parts += before ? needs[t].parts : 0u;
-        for (uint b = 0u; b < BINS; b++) {
-            at.indices[b] += before ? needs[t].indices[b] : 0u;
-            all.indices[b] += needs[t].indices[b];
+    // What comes before each thread's own: one thread adds it up, which is less than all adding up their own.
+    if (thread == 0u) {
+        Needs before = nothing();
+        for (uint t = 0u; t < uint(THREADS); t++) {
+            Needs of = needs[t];
+            needs[t] = before;
+            before.vertices += of.vertices;
+            before.parts += of.parts;
+            for (uint b = 0u; b < BINS; b++) before.indices[b] += of.indices[b];
         }
+        totals = before;
     }
+    barrier();
+    Needs at = needs[thread];
     // One bin after the other.
     uint first[BINS];
     uint sum = 0u;
     for (uint b = 0u; b < BINS; b++) {
         first[b] = sum;
         at.indices[b] += sum;
-        sum += all.indices[b];
+        sum += totals.indices[b];
     }
     // A part that does not fit keeps its place, in which nothing shows.
     uint left_out = 0u;
@@ -111,11 +115,12 @@ void main() {
             vertices = max(vertices, needs[t].vertices);
         }
         for (uint b = 0u; b < BINS; b++) {
-            uint end = min(first[b] + all.indices[b], push.index_limit);
+            uint end = min(first[b] + totals.indices[b], push.index_limit);
             draw.commands[2u * b] = uvec4(end - min(first[b], end), 1u, first[b], 0u);
             draw.commands[2u * b + 1u] = uvec4(0u);
         }
         draw.groups = uvec4(min(drawn, push.groups_x), (drawn + push.groups_x - 1u) / push.groups_x, 1u, drawn);
+        draw.light_groups = uvec4((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u, 0u);
         draw.counts = uvec4(vertices, sum / 3u, drawn - left, left);
     }
 }

@@ -1,17 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup a part: its vertices in clip space, moved by joints or made anew, and where it is small their light.
+// One workgroup a part: its vertices in clip space, moved by joints or made anew.
 
 #include "view.glsl"
 #include "fibre.glsl"
 #include "mesh.glsl"
-#include "water.glsl"
-#include "caustics.glsl"
-#include "hash.glsl"
-#include "light.glsl"
-#include "tissue.glsl"
-#include "shown.glsl"
-#include "mesh_light.glsl"
 
 layout(local_size_x = SKIN_THREADS) in;
 
@@ -35,8 +28,7 @@ layout(set = 0, binding = 8, std430) readonly buffer Current { DrawVertex curren
 layout(set = 0, binding = 9, std430) readonly buffer Parts { Part parts[]; };
 layout(set = 0, binding = 10, std430) readonly buffer Order { uint order[]; };
 layout(set = 0, binding = 11, std430) readonly buffer Draw { MeshDraws draw; };
-layout(set = 0, binding = 12, std430) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 13, std430) writeonly buffer Vertices { uint vertices[]; };
+layout(set = 0, binding = 12, std430) writeonly buffer Vertices { uint vertices[]; };
 
 layout(push_constant) uniform Push {
     uint groups_x;
@@ -95,8 +87,9 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
 }
 
 Moved made_anew(Instance instance, uint vertex) {
-    DrawVertex a = previous_vertices[instance.previous + vertex];
     DrawVertex b = current_vertices[instance.current + vertex];
+    DrawVertex a = b;
+    if (instance.blend < 1.0) a = previous_vertices[instance.previous + vertex];
     Moved m;
     m.p = mix(vec3(a.x, a.y, a.z), vec3(b.x, b.y, b.z), instance.blend);
     m.n = mix(unpacked_normal(a.normal), unpacked_normal(b.normal), instance.blend);
@@ -137,19 +130,5 @@ void main() {
         vertices[at + 9u] = packHalf2x16(vec2(rest.glow, 0.0));
         vertices[at + 10u] = rest.color;
         vertices[at + 11u] = index;
-        if (HIGH == 0u && part.bin < BIN_PIXEL) {
-            Skin s;
-            s.normal = (mesh.flags & MESH_TWO_SIDED) != 0u && dot(n, p) > 0.0 ? -n : n;
-            s.place = vec3(rest.x, rest.y, rest.z);
-            s.uv = uv;
-            s.thickness_cm = m.thickness * 100.0;
-            s.glow = rest.glow;
-            s.color = unpackUnorm4x8(rest.color);
-            s.color.rgb *= s.color.rgb;
-            s.texture_color = vec4(0.0);
-            vec3 light = mesh_light(materials[instance.material], instance, s, p);
-            vertices[at + 4u] = packUnorm4x8(vec4(shown(through_water(light, p)), 1.0));
-            vertices[at + 5u] = part.shares;
-        }
     }
 }

@@ -50,11 +50,6 @@ void main() {
     s.texture_color = m.layer == 0u ? s.texture_color : found;
 #endif
     vec3 light = mesh_light(m, instance, s, p);
-    float alpha = 1.0;
-    if (LET_THROUGH != 0u) {
-        // The way through a sheet is the longer, the more askew it is seen.
-        float cosine = max(abs(facing) * inversesqrt(dot(p, p)), 0.15);
-        alpha = 1.0 - pow(1.0 - clamp(m.base.a * s.color.a, 0.0, 0.999), 1.0 / cosine);
-    }
+    float alpha = LET_THROUGH != 0u ? veil_alpha(m, s, facing, p) : 1.0;
     color = written(through_water(light, p), alpha, gl_FragCoord.xy);
 }

@@ -19,6 +19,7 @@ pub(crate) const SHADERS: &[(&str, &[u8])] = &[
     ("mesh.frag", include_bytes!("../../../shaders/spv/mesh.frag.spv")),
     ("mesh.vert", include_bytes!("../../../shaders/spv/mesh.vert.spv")),
     ("mesh_index.comp", include_bytes!("../../../shaders/spv/mesh_index.comp.spv")),
+    ("mesh_lit.comp", include_bytes!("../../../shaders/spv/mesh_lit.comp.spv")),
     ("mesh_lit.frag", include_bytes!("../../../shaders/spv/mesh_lit.frag.spv")),
     ("mesh_lit.vert", include_bytes!("../../../shaders/spv/mesh_lit.vert.spv")),
     ("mesh_pose.comp", include_bytes!("../../../shaders/spv/mesh_pose.comp.spv")),

@@ -246,7 +246,8 @@ impl Renderer {
         let looked = (&gathered, &lens);
         self.meshes.skin(frame, view, shot, looked, settings.detail.as_ref(), quality)?;
         if settings.markers.joints {
-            let joints = self.meshes.lines(shot, &gathered.objects, &lens, settings.detail.as_ref());
+            let joints =
+                self.meshes.lines(shot, &gathered.objects, &lens, (settings.detail.as_ref(), quality));
             gathered.lines.extend(joints);
         }
         // The background covers what nothing else does.

@@ -3,9 +3,13 @@
 
 use std::sync::Arc;
 
-use reef::plugin::{Library, Plugin as Loaded, StepStatus, streams::Outputs};
+use reef_plugin::{Library, Plugin as Loaded, StepStatus};
 use reef_sdk::prelude::*;
-use reef_tests::sea::{Sea, config};
+use reef_streams::Outputs;
+use reef_tests::{
+    artifacts::artifacts,
+    sea::{Sea, config},
+};
 
 /// A mesh from the start, another from step 2 on, drawn by joints and by vertices; what goes wrong when it is asked to.
 struct Modeller {
@@ -188,4 +192,42 @@ fn a_mesh_that_is_destroyed_while_drawn_and_draws_that_overlap_leave_the_last_pi
         assert!(report.message.as_deref().unwrap_or_default().contains(words), "{report:?}");
         assert!(Arc::ptr_eq(instance.outputs(), &kept) && kept.meshes.len() == 2);
     }
+}
+
+/// All that a step emitted.
+fn emitted(outputs: &Outputs) -> Vec<Vec<u8>> {
+    outputs.all_bytes().map(|(_, _, bytes)| bytes.to_vec()).collect()
+}
+
+#[test]
+fn a_build_that_takes_over_in_mid_motion_emits_the_same_bytes() {
+    let path = artifacts().plugin("reef_fixture_meshes");
+    let load = || super::load(path, 2);
+    let text = config(r#"{"plants": 5, "fish": 7, "bells": 2}"#);
+    let sea = Sea::default();
+    let old = load();
+    let mut through = old.create(&text).unwrap();
+    let mut until = old.create(&text).unwrap();
+    for step in 1..=20 {
+        assert_eq!(through.step(&sea.input(step), &[]).status, StepStatus::Ok);
+        until.step(&sea.input(step), &[]);
+    }
+    let state = until.save().unwrap();
+    drop(until);
+    // A copy of the file is another library to the loader.
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(path.file_name().unwrap());
+    std::fs::copy(path, &copy).unwrap();
+    let newer = super::load(&copy, 1);
+    let mut after = newer.create(&text).unwrap();
+    after.load(&state).unwrap();
+    for step in 21..=40 {
+        through.step(&sea.input(step), &[]);
+        assert_eq!(after.step(&sea.input(step), &[]).status, StepStatus::Ok);
+        assert_eq!(emitted(through.outputs()), emitted(after.outputs()), "step {step}");
+    }
+    let outputs = after.outputs();
+    assert_eq!((outputs.skinned.len(), outputs.mesh_draws.len(), outputs.meshes.len()), (12, 2, 3));
+    let hashes = |outputs: &Outputs| outputs.meshes.iter().map(|mesh| mesh.hash).collect::<Vec<_>>();
+    assert_eq!(hashes(through.outputs()), hashes(outputs), "nothing of them is brought to the device anew");
 }

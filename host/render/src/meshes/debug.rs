@@ -9,6 +9,7 @@ use crate::{
     Shot,
     gather::{GpuLine, GpuObject},
     lod::Thresholds,
+    quality::Quality,
     view::Lens,
 };
 
@@ -24,16 +25,17 @@ pub(super) fn lines(
     shot: &Shot<'_>,
     (shelf, objects): (&Shelf, &[GpuObject]),
     lens: &Lens,
-    limits: Option<&Thresholds>,
+    (limits, quality): (Option<&Thresholds>, Quality),
 ) -> Vec<GpuLine> {
     let (previous, current): (&Frame, &Frame) = (shot.previous, shot.current);
-    let subject = gather(previous, current, shot.alpha, lens, shelf);
+    let subject = gather(previous, current, shot.alpha, lens, quality, shelf);
+    let brought = twin::Brought::new(previous, current);
     let mut lines = Vec::new();
     for (i, instance) in subject.instances.iter().enumerate() {
         if instance.vertices_of as usize != i {
             continue;
         }
-        let stand = twin::stand(&subject, (shelf, objects), i, lens, limits);
+        let stand = twin::stand((&subject, &brought), (shelf, objects), i, lens, limits);
         let color = match stand.level {
             Some(level) => COLORS[(level as usize).min(COLORS.len() - 1)],
             None => CULLED,

@@ -8,23 +8,16 @@ use reef_streams::{Outputs, frame::Frame, meshes::Mesh, retained};
 
 use super::{
     library::Shelf,
-    records::{DRAWN_ANEW, FAR_SIDE, GpuInstance, PLAIN, RIGID, VEIL},
+    records::{DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
+    steps,
 };
-use crate::view::Lens;
+use crate::{quality::Quality, view::Lens};
 
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]
 pub struct Subject {
     /// First all that hides what is behind it, in the order of modules and streams, then veils from far to near.
     pub instances: Vec<GpuInstance>,
-    /// Joints of the step before.
-    pub previous_joints: Vec<abi::Joint>,
-    /// Joints of this step.
-    pub current_joints: Vec<abi::Joint>,
-    /// Vertices that were made anew in the step before.
-    pub previous_vertices: Vec<abi::DrawVertex>,
-    /// In this step.
-    pub current_vertices: Vec<abi::DrawVertex>,
     /// Joints that all instances are moved by.
     pub palette: u32,
     /// Vertices of all instances at most.
@@ -53,28 +46,35 @@ struct Steps<'a> {
     objects: u32,
     materials: u32,
     module: usize,
+    /// Where its joints and vertices begin in those of the step before and of this step.
+    bases: [[u32; 2]; 2],
 }
 
-/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one.
-pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, shelf: &Shelf) -> Subject {
+/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `quality`: at low quality veils are lit at their vertices, where
+/// none has a texture.
+pub fn gather(
+    previous: &Frame,
+    current: &Frame,
+    alpha: f32,
+    lens: &Lens,
+    quality: Quality,
+    shelf: &Shelf,
+) -> Subject {
     let mut all = Subject::default();
     let mut veils = Vec::new();
     let (mut objects, mut materials) = (0, 0);
+    let nothing = Arc::default();
     for (module, now) in current.outputs.iter().enumerate() {
-        let before = previous.outputs.get(module).unwrap_or(now);
-        let steps = Steps {
-            before,
-            now,
-            alpha: alpha.clamp(0.0, 1.0),
-            eye: lens.eye,
-            shelf,
-            objects,
-            materials,
-            module,
-        };
+        let before = previous.outputs.get(module).unwrap_or(&nothing);
+        let bases = [previous, current].map(|frame| steps::base(frame, module));
+        let alpha = alpha.clamp(0.0, 1.0);
+        let steps = Steps { before, now, alpha, eye: lens.eye, shelf, objects, materials, module, bases };
         steps.gather(Arc::ptr_eq(before, now), &mut all, &mut veils);
         objects += now.objects.len() as u32;
         materials += now.materials.len() as u32;
+    }
+    if quality == Quality::Low && veils.iter().all(|veil| veil.instance.flags & PLAIN != 0) {
+        veils.iter_mut().for_each(|veil| veil.instance.flags |= LIT_VEIL);
     }
     hang(&mut all, veils);
     let drawn = all.instances.iter().enumerate().filter(|(i, instance)| instance.vertices_of == *i as u32);
@@ -107,13 +107,7 @@ impl Steps<'_> {
         if now.skinned.is_empty() && now.mesh_draws.is_empty() {
             return;
         }
-        let joints = (all.previous_joints.len() as u32, all.current_joints.len() as u32);
-        let vertices = (all.previous_vertices.len() as u32, all.current_vertices.len() as u32);
-        all.previous_joints.extend_from_slice(&before.joints);
-        all.current_joints.extend_from_slice(&now.joints);
-        all.previous_vertices.extend_from_slice(&before.draw_vertices);
-        all.current_vertices.extend_from_slice(&now.draw_vertices);
-
+        let [joints, vertices] = [0, 1].map(|stream| (self.bases[0][stream], self.bases[1][stream]));
         let twins = Twins::new(self, same, |o| o.skinned.iter().map(|e| (e.object, e.mesh)).collect());
         for (i, element) in now.skinned.iter().enumerate() {
             let then = twins.of(i).map(|j| &before.skinned[j]).filter(|then| {
@@ -152,13 +146,6 @@ impl Steps<'_> {
             instance.bounds = Vec3::from(object.bounds_center).extend(object.bounds_radius).to_array();
             self.put(all, veils, element.object, instance);
         }
-        // What has no partner reads joint or vertex 0 of the step before, with weight 0: there have to be enough.
-        let longest = now.skinned.iter().map(|e| e.joint_count as usize).max().unwrap_or(0);
-        let short = longest.saturating_sub(all.previous_joints.len());
-        all.previous_joints.extend(std::iter::repeat_n(abi::Joint::default(), short));
-        let longest = now.mesh_draws.iter().map(|e| e.vertex_count as usize).max().unwrap_or(0);
-        let short = longest.saturating_sub(all.previous_vertices.len());
-        all.previous_vertices.extend(std::iter::repeat_n(abi::DrawVertex::default(), short));
     }
 
     fn jumped(&self, object: u32, flags: u32) -> bool {
@@ -173,7 +160,11 @@ impl Steps<'_> {
     fn instance(&self, object: u32, mesh: u32, material: u32, look: [f32; 4]) -> Option<GpuInstance> {
         let mesh = self.mesh(mesh)?;
         let surface = self.now.materials.get(material as usize)?;
-        let mut flags = if surface.texture == 0 { PLAIN } else { 0 };
+        let mut flags = match (surface.texture, surface.pattern) {
+            (0, abi::PATTERN_NONE) => PLAIN | SMOOTH,
+            (0, _) => PLAIN,
+            _ => 0,
+        };
         if surface.base[3] < 1.0 || !mesh.opaque {
             flags |= VEIL;
         }

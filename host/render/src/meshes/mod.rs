@@ -3,9 +3,10 @@
 //! 1. `mesh_pose.comp`, one invocation an instance: joints of two steps → what moves vertices, or nothing where it is culled; up to two
 //!    levels of detail, of which the pixels are shared;
 //! 2. `mesh_scan.comp`, one work group: where each part's vertices and indices lie, in the instances' order;
-//! 3. `mesh_skin.comp`, one work group a part: vertices in clip space, those of what is small with their light;
+//! 3. `mesh_skin.comp`, one work group a part: vertices in clip space;
 //! 4. `mesh_index.comp`, one work group a part: triangles;
-//! 5. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag` where a material has a
+//! 5. `mesh_lit.comp`, one invocation a vertex: at low quality the light of what is small;
+//! 6. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag` where a material has a
 //!    texture) the rest: a draw for all instances of all meshes, by what they need of the device.
 //!
 //! What is solid is drawn early; veils, which light comes through, late, from far to near, first what they turn away from the eye.
@@ -17,6 +18,7 @@ pub mod gather;
 pub mod library;
 pub mod records;
 pub mod sample;
+pub mod steps;
 #[cfg(test)]
 mod tests;
 pub mod twin;
@@ -31,7 +33,11 @@ use reef_gpu::{
 use self::{
     gather::Subject,
     library::Library,
-    records::{BIN_LIT, BIN_PIXEL, BIN_VEIL, DrawCounts, GROUPS, GpuPart, VERTEX_WORDS, command},
+    records::{
+        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, GROUPS, GpuPart, LIGHT_GROUPS, VERTEX_WORDS,
+        command,
+    },
+    steps::Steps,
 };
 use super::{
     Shot,
@@ -101,6 +107,8 @@ struct Variant {
 struct Draws {
     sides: [Pipeline; 2],
     veil: Pipeline,
+    /// Of what is lit at its vertices.
+    light: Pipeline,
 }
 
 /// What one picture uploaded.
@@ -109,17 +117,20 @@ struct Picture {
     instances: Upload,
     materials: Upload,
     veils: bool,
+    lit_veils: bool,
 }
 
 /// The mesh passes.
 pub struct Meshes {
     gpu: Gpu,
     library: Library,
+    steps: Steps,
     pose: Pipeline,
     scan: Pipeline,
-    skin: [Pipeline; 2],
+    skin: Pipeline,
     index: Pipeline,
     lit: [Pipeline; 2],
+    lit_veil: Pipeline,
     draws: Vec<(Variant, Draws)>,
     variant: Variant,
     buffers: Option<Buffers>,
@@ -132,13 +143,14 @@ impl Meshes {
         Self {
             gpu: gpu.clone(),
             library: Library::default(),
+            steps: Steps::default(),
             pose: Pipeline::compute(gpu, "mesh_pose.comp", &[]),
             scan: Pipeline::compute(gpu, "mesh_scan.comp", &[]),
-            skin: [Quality::Low, Quality::High]
-                .map(|quality| Pipeline::compute(gpu, "mesh_skin.comp", &[quality.constant()])),
+            skin: Pipeline::compute(gpu, "mesh_skin.comp", &[]),
             index: Pipeline::compute(gpu, "mesh_index.comp", &[]),
             lit: [("lit meshes", false), ("lit meshes, two-sided", true)]
-                .map(|(name, two_sided)| lit_pipeline(gpu, name, two_sided)),
+                .map(|(name, two_sided)| lit_pipeline(gpu, name, two_sided, false)),
+            lit_veil: lit_pipeline(gpu, "lit veils", true, true),
             draws: Vec::new(),
             variant: Variant::default(),
             buffers: None,
@@ -158,7 +170,8 @@ impl Meshes {
     ) -> Result<()> {
         self.picture = None;
         self.library.update(&self.gpu, shot.current)?;
-        let subject = gather::gather(shot.previous, shot.current, shot.alpha, lens, &self.library.shelf);
+        let subject =
+            gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
         if subject.instances.is_empty() {
             return Ok(());
         }
@@ -170,13 +183,15 @@ impl Meshes {
             self.draws.push((self.variant, Draws::new(&self.gpu, self.variant)));
         }
         self.reserve(&subject)?;
+        self.steps.update(&self.gpu, [shot.previous, shot.current])?;
         let (Some(b), Some(books)) = (&self.buffers, self.library.books()) else { return Ok(()) };
+        let (Some(before), Some(now)) = (self.steps.of(shot.previous), self.steps.of(shot.current)) else {
+            return Ok(());
+        };
         let count = subject.instances.len() as u32;
         let instances = frame.upload(&subject.instances)?;
         let objects = frame.upload(&gathered.objects)?;
         let materials = frame.upload(&gathered.materials)?;
-        let joints = [frame.upload(&subject.previous_joints)?, frame.upload(&subject.current_joints)?];
-        let anew = [frame.upload(&subject.previous_vertices)?, frame.upload(&subject.current_vertices)?];
         let chosen = limits.copied().unwrap_or_default();
 
         frame
@@ -184,6 +199,8 @@ impl Meshes {
             .read(&books.meshes, Access::ComputeRead)
             .read(&books.levels, Access::ComputeRead)
             .read(&books.rests, Access::ComputeRead)
+            .read(&before.joints, Access::ComputeRead)
+            .read(&now.joints, Access::ComputeRead)
             .write(&b.parts, Access::ComputeWrite)
             .write(&b.palette, Access::ComputeWrite)
             .run(|cmd| {
@@ -192,8 +209,8 @@ impl Meshes {
                     (0, view.into()),
                     (1, instances.into()),
                     (2, objects.into()),
-                    (3, joints[0].into()),
-                    (4, joints[1].into()),
+                    (3, (&before.joints).into()),
+                    (4, (&now.joints).into()),
                     (5, (&books.meshes).into()),
                     (6, (&books.levels).into()),
                     (7, (&books.rests).into()),
@@ -240,6 +257,8 @@ impl Meshes {
             .read(&books.levels, Access::ComputeRead)
             .read(&books.vertices, Access::ComputeRead)
             .read(&books.bones, Access::ComputeRead)
+            .read(&before.vertices, Access::ComputeRead)
+            .read(&now.vertices, Access::ComputeRead)
             .read(&b.parts, Access::ComputeRead)
             .read(&b.palette, Access::ComputeRead)
             .read(&b.order, Access::ComputeRead)
@@ -247,7 +266,7 @@ impl Meshes {
             .read(&b.draw, Access::IndirectRead)
             .write(&b.vertex, Access::ComputeWrite)
             .run(|cmd| {
-                cmd.pipeline(&self.skin[usize::from(quality == Quality::High)])?;
+                cmd.pipeline(&self.skin)?;
                 cmd.bind(&[
                     (0, view.into()),
                     (1, instances.into()),
@@ -256,13 +275,12 @@ impl Meshes {
                     (4, (&books.vertices).into()),
                     (5, (&books.bones).into()),
                     (6, (&b.palette).into()),
-                    (7, anew[0].into()),
-                    (8, anew[1].into()),
+                    (7, (&before.vertices).into()),
+                    (8, (&now.vertices).into()),
                     (9, (&b.parts).into()),
                     (10, (&b.order).into()),
                     (11, (&b.draw).into()),
-                    (12, materials.into()),
-                    (13, (&b.vertex).into()),
+                    (12, (&b.vertex).into()),
                 ])?;
                 cmd.push(&GROUPS_X)?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
@@ -292,8 +310,33 @@ impl Meshes {
                 cmd.push(&IndexPush { groups_x: GROUPS_X, index_limit })?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
-        let veils = subject.instances.last().is_some_and(|last| last.flags & records::VEIL != 0);
-        self.picture = Some(Picture { instances, materials, veils });
+        // After the triangles, which do not read what the light takes the place of.
+        if let (Quality::Low, Some(draws)) = (quality, self.pipelines()) {
+            frame
+                .pass("meshes: light")
+                .read(&books.meshes, Access::ComputeRead)
+                .read(&b.parts, Access::ComputeRead)
+                .read(&b.draw, Access::ComputeRead)
+                .read(&b.draw, Access::IndirectRead)
+                .read(&b.vertex, Access::ComputeRead)
+                .write(&b.vertex, Access::ComputeWrite)
+                .run(|cmd| {
+                    cmd.pipeline(&draws.light)?;
+                    cmd.bind(&[
+                        (0, view.into()),
+                        (1, instances.into()),
+                        (2, (&books.meshes).into()),
+                        (3, (&b.parts).into()),
+                        (4, materials.into()),
+                        (5, (&b.draw).into()),
+                        (6, (&b.vertex).into()),
+                    ])?;
+                    cmd.dispatch_indirect(Data::Part(&b.draw, LIGHT_GROUPS, 12))
+                })?;
+        }
+        let last = subject.instances.last().map_or(0, |last| last.flags);
+        let [veils, lit_veils] = [records::VEIL, records::LIT_VEIL].map(|flag| last & flag != 0);
+        self.picture = Some(Picture { instances, materials, veils, lit_veils });
         Ok(())
     }
 
@@ -339,11 +382,15 @@ impl Meshes {
             return Ok(());
         };
         self.draw(frame, "meshes: veils", (view, layers, targets), |cmd, b, bound| {
-            cmd.pipeline(&draws.veil)?;
-            cmd.bind(bound)?;
+            let lit = self.picture.is_some_and(|picture| picture.lit_veils);
+            let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
+            cmd.pipeline(pipeline)?;
+            if !lit {
+                cmd.bind(bound)?;
+            }
             cmd.vertices(0, &b.vertex)?;
             cmd.indices(&b.index, vk::IndexType::UINT32)?;
-            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_VEIL), 20), 1)
+            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(bin), 20), 1)
         })
     }
 
@@ -386,9 +433,9 @@ impl Meshes {
         shot: &Shot<'_>,
         objects: &[GpuObject],
         lens: &Lens,
-        limits: Option<&Thresholds>,
+        how: (Option<&Thresholds>, Quality),
     ) -> Vec<GpuLine> {
-        debug::lines(shot, (&self.library.shelf, objects), lens, limits)
+        debug::lines(shot, (&self.library.shelf, objects), lens, how)
     }
 
     /// What the last picture's scan counted. Waits for the device: for tests and benches.
@@ -413,6 +460,11 @@ impl Meshes {
         let bytes = self.gpu.read_buffer(&b.index)?;
         let indices = bytes.chunks_exact(4).take(3 * counts.triangles as usize);
         Ok((parts, vertices, indices.map(bytemuck::pod_read_unaligned).collect()))
+    }
+
+    /// What was brought of steps for the last picture [bytes].
+    pub fn brought(&self) -> u64 {
+        self.steps.brought
     }
 
     /// The meshes on the device, for tests.
@@ -467,6 +519,11 @@ impl Draws {
         Self {
             sides: [pipeline("meshes", false, false), pipeline("meshes, two-sided", true, false)],
             veil: pipeline("mesh veils", true, true),
+            light: Pipeline::compute(
+                gpu,
+                "mesh_lit.comp",
+                &[variant.quality.constant(), (1, variant.patterns)],
+            ),
         }
     }
 }
@@ -506,7 +563,7 @@ fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil
     Pipeline::graphics(gpu, &draw)
 }
 
-fn lit_pipeline(gpu: &Gpu, name: &str, two_sided: bool) -> Pipeline {
+fn lit_pipeline(gpu: &Gpu, name: &str, two_sided: bool, veil: bool) -> Pipeline {
     use vk::Format as F;
     let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R16G16_UNORM, 20)];
     let draw = GraphicsDesc {
@@ -516,8 +573,8 @@ fn lit_pipeline(gpu: &Gpu, name: &str, two_sided: bool) -> Pipeline {
             per_instance: false,
             attributes: &attributes,
         }],
-        color: &[(Quality::Low.format(), Blend::Replace)],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: true }),
+        color: &[(Quality::Low.format(), if veil { Blend::Alpha } else { Blend::Replace })],
+        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !veil }),
         ..GraphicsDesc::new(name, "mesh_lit.vert", "mesh_lit.frag")
     };
     Pipeline::graphics(gpu, &draw)

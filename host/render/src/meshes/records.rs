@@ -17,14 +17,24 @@ pub const FAR_SIDE: u32 = 8;
 /// [`GpuInstance::flags`]: its material has no texture.
 pub const PLAIN: u32 = 16;
 
-/// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils.
-pub const BINS: usize = 5;
+/// [`GpuInstance::flags`]: nor a pattern.
+pub const SMOOTH: u32 = 32;
+/// [`GpuInstance::flags`]: of a veil that is lit at its vertices.
+pub const LIT_VEIL: u32 = 64;
+
+/// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils by
+/// pixels and at vertices.
+pub const BINS: usize = 6;
 /// Of what is lit at its vertices.
 pub const BIN_LIT: usize = 0;
 /// Of what is lit pixel by pixel.
 pub const BIN_PIXEL: usize = 2;
 /// Of what light comes through.
 pub const BIN_VEIL: usize = 4;
+/// Of the same, lit at its vertices.
+pub const BIN_LIT_VEIL: usize = 5;
+/// What has no pattern may be so many times as large and still lit at its vertices.
+pub const SMOOTH_LIT: f32 = 4.0;
 /// A coarser level begins to fade in at this many times its threshold.
 pub const BAND: f32 = 1.4;
 /// Words of a vertex, as `mesh_skin.comp` writes them.
@@ -172,6 +182,8 @@ pub struct DrawCounts {
     pub commands: [[u32; 8]; BINS],
     /// Work groups over the parts that are drawn, and how many these are.
     pub groups: [u32; 4],
+    /// Work groups over all vertices.
+    pub light_groups: [u32; 4],
     /// Vertices in all.
     pub vertices: u32,
     /// Triangles in all.
@@ -189,3 +201,6 @@ pub const fn command(bin: usize) -> u64 {
 
 /// Where the work groups lie there.
 pub const GROUPS: u64 = BINS as u64 * 32;
+
+/// Where those of the light lie.
+pub const LIGHT_GROUPS: u64 = GROUPS + 16;

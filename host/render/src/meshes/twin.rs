@@ -9,13 +9,15 @@ use super::{
     gather::Subject,
     library::Shelf,
     records::{
-        BAND, BIN_LIT, BIN_PIXEL, BIN_VEIL, DRAWN_ANEW, DUAL, FAR_SIDE, GpuInstance, GpuLevel, PLAIN, RIGID,
-        TWO_SIDED, VEIL,
+        BAND, BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DRAWN_ANEW, DUAL, FAR_SIDE, GpuInstance, GpuLevel,
+        LIT_VEIL, PLAIN, RIGID, SMOOTH, SMOOTH_LIT, TWO_SIDED, VEIL,
     },
+    steps::joined,
 };
 use crate::{
     gather::{self, GpuObject},
     lod::Thresholds,
+    quality::Quality,
     view::{Lens, NEAR},
 };
 
@@ -59,9 +61,25 @@ impl Frame {
     }
 }
 
+/// What two steps brought, as it lies on the device.
+pub struct Brought {
+    joints: [Vec<abi::Joint>; 2],
+    vertices: [Vec<abi::DrawVertex>; 2],
+}
+
+impl Brought {
+    /// Of the step before and of this step.
+    pub fn new(previous: &sea::Frame, current: &sea::Frame) -> Self {
+        Self {
+            joints: [previous, current].map(|frame| joined(frame, |o| &o.joints)),
+            vertices: [previous, current].map(|frame| joined(frame, |o| &o.draw_vertices)),
+        }
+    }
+}
+
 /// One instance with all that belongs to it.
 struct Twin<'a> {
-    subject: &'a Subject,
+    brought: &'a Brought,
     shelf: &'a Shelf,
     instance: &'a GpuInstance,
     base: Vec3,
@@ -72,10 +90,11 @@ struct Twin<'a> {
 pub fn sizes(previous: &sea::Frame, current: &sea::Frame, lens: &Lens) -> Vec<f32> {
     let mut shelf = Shelf::default();
     current.outputs.iter().flat_map(|outputs| outputs.meshes.iter()).for_each(|mesh| shelf.add(mesh));
-    let subject = super::gather::gather(previous, current, 1.0, lens, &shelf);
+    let subject = super::gather::gather(previous, current, 1.0, lens, Quality::Low, &shelf);
     let objects = gather::gather(previous, current, 1.0, lens, 0).objects;
+    let brought = Brought::new(previous, current);
     let size = |instance| {
-        let twin = Twin::new(&subject, (&shelf, &objects), instance, lens);
+        let twin = Twin::new(&brought, (&shelf, &objects), instance, lens);
         let (center, radius, _) = twin.bounds(&twin.frames());
         2.0 * radius * lens.pixels_per_metre() / center.dot(lens.forward).max(NEAR)
     };
@@ -96,14 +115,14 @@ pub struct Stand {
 
 /// Where an instance stands.
 pub fn stand(
-    subject: &Subject,
+    (subject, brought): (&Subject, &Brought),
     (shelf, objects): (&Shelf, &[GpuObject]),
     index: usize,
     lens: &Lens,
     limits: Option<&Thresholds>,
 ) -> Stand {
     let instance = &subject.instances[index];
-    let twin = Twin::new(subject, (shelf, objects), instance, lens);
+    let twin = Twin::new(brought, (shelf, objects), instance, lens);
     let frames = twin.frames();
     let (center, radius, _) = twin.bounds(&frames);
     let [finer, _] = twin.choose(&frames, limits);
@@ -121,14 +140,14 @@ pub fn stand(
 
 /// The two parts of an instance: None where one is not drawn. `limits` None: everything at its finest level, nothing culled.
 pub fn parts(
-    subject: &Subject,
+    (subject, brought): (&Subject, &Brought),
     (shelf, objects): (&Shelf, &[GpuObject]),
     index: usize,
     lens: &Lens,
     limits: Option<&Thresholds>,
 ) -> [Option<Part>; 2] {
     let instance = &subject.instances[index];
-    let twin = Twin::new(subject, (shelf, objects), instance, lens);
+    let twin = Twin::new(brought, (shelf, objects), instance, lens);
     let frames = twin.frames();
     let choices = twin.choose(&frames, limits);
     let own = instance.vertices_of as usize == index;
@@ -144,7 +163,7 @@ pub fn parts(
 
 impl<'a> Twin<'a> {
     fn new(
-        subject: &'a Subject,
+        brought: &'a Brought,
         (shelf, objects): (&'a Shelf, &[GpuObject]),
         instance: &'a GpuInstance,
         lens: &'a Lens,
@@ -152,7 +171,7 @@ impl<'a> Twin<'a> {
         let object = &objects[instance.object as usize];
         let origin = |v: [f32; 4]| Vec4::from(v).truncate();
         let base = origin(object.previous).lerp(origin(object.current), instance.blend);
-        Self { subject, shelf, instance, base, lens }
+        Self { brought, shelf, instance, base, lens }
     }
 
     fn flag(&self, flag: u32) -> bool {
@@ -170,8 +189,11 @@ impl<'a> Twin<'a> {
             (Quat::from_array(joint.rotation), Vec3::from(joint.translation).extend(joint.scale))
         };
         let instance = self.instance;
-        let (qa, a) = joint(&self.subject.previous_joints, instance.previous + j);
-        let (qb, b) = joint(&self.subject.current_joints, instance.current + j);
+        let (qb, b) = joint(&self.brought.joints[1], instance.current + j);
+        if instance.blend >= 1.0 {
+            return (qb, b);
+        }
+        let (qa, a) = joint(&self.brought.joints[0], instance.previous + j);
         let qb = if qa.dot(qb) < 0.0 { -qb } else { qb };
         let q = Quat::from_vec4(Vec4::from(qa).lerp(Vec4::from(qb), instance.blend)).normalize();
         (q, a.lerp(b, instance.blend))
@@ -234,9 +256,11 @@ impl<'a> Twin<'a> {
         let toward = (BAND * mesh_error - error(next)) / ((BAND - 1.0) * mesh_error);
         let coarser = if limits.is_some() && next != chosen { toward.clamp(0.0, 1.0) } else { 0.0 };
         let there = 1.0 - self.instance.fade;
-        let lit = 2.0 * radius * pixels < lit_mesh && limits.is_some() && self.flag(PLAIN);
+        let most = if self.flag(SMOOTH) { SMOOTH_LIT * lit_mesh } else { lit_mesh };
+        let lit = 2.0 * radius * pixels < most && limits.is_some() && self.flag(PLAIN);
         let two_sided = usize::from(mesh.flags & TWO_SIDED != 0);
         let bin = match (self.flag(VEIL), lit) {
+            (true, _) if self.flag(LIT_VEIL) => BIN_LIT_VEIL,
             (true, _) => BIN_VEIL,
             (false, true) => BIN_LIT + two_sided,
             (false, false) => BIN_PIXEL + two_sided,
@@ -252,9 +276,9 @@ impl<'a> Twin<'a> {
         let rest = &self.shelf.vertices[(mesh.first_vertex + vertex) as usize];
         let (p, n, thickness) = if self.flag(DRAWN_ANEW) {
             let at = |vertices: &[abi::DrawVertex], first: u32| vertices[(first + vertex) as usize];
-            let a = at(&self.subject.previous_vertices, self.instance.previous);
-            let b = at(&self.subject.current_vertices, self.instance.current);
+            let b = at(&self.brought.vertices[1], self.instance.current);
             let blend = self.instance.blend;
+            let a = if blend < 1.0 { at(&self.brought.vertices[0], self.instance.previous) } else { b };
             let p = Vec3::from(a.position).lerp(Vec3::from(b.position), blend);
             let n = unpacked_normal(a.normal).lerp(unpacked_normal(b.normal), blend);
             (p, n, a.thickness + (b.thickness - a.thickness) * blend)
@@ -285,7 +309,7 @@ impl<'a> Twin<'a> {
         let all = &self.shelf.indices[level.first_index as usize..][..3 * level.triangles as usize];
         let triangles = all.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| i - level.first_vertex));
         let seen = |t: [u32; 3]| {
-            if bin != BIN_VEIL {
+            if bin < BIN_VEIL {
                 return t;
             }
             let [a, b, c] = t.map(|i| {
