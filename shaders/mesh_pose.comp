@@ -28,7 +28,7 @@ layout(set = 0, binding = 9, std430) writeonly buffer Palette { vec4 palette[]; 
 layout(push_constant) uniform Push {
     uint count;
     uint use_lod;
-    float error;   // a coarser level is chosen where it errs by less than this [px]
+    float error;   // a coarser level is chosen where it errs by less than this [px]; negative: never
     float lit;     // what is smaller than this is lit at its vertices [px]
 } push;
 
@@ -99,20 +99,20 @@ void main() {
     part.base = base;
     part.shares = 0u;
     Part other = part;
-    bool lod = push.use_lod != 0u;
-    bool seen = instance.fade < 1.0 && !(lod && culled(center, radius));
+    bool outside = culled(center, radius);
+    bool seen = instance.fade < 1.0 && (uint(outside) & push.use_lod) == 0u;
 
     float nearest = max(dot(center, view.forward.xyz) - radius, view.forward.w);
     float pixels = view.viewport.z / nearest;
     uint chosen = 0u;
     for (uint l = 1u; l < mesh.level_count; l++) {
-        bool fits = lod && levels[mesh.first_level + l].error * stretch * pixels <= push.error;
+        bool fits = levels[mesh.first_level + l].error * stretch * pixels <= push.error;
         chosen = fits ? l : chosen;
     }
     uint next = min(chosen + 1u, mesh.level_count - 1u);
     float error = levels[mesh.first_level + next].error * stretch * pixels;
-    float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0);
-    coarser = lod && next != chosen ? coarser : 0.0;
+    float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0) * float(push.use_lod);
+    coarser = next != chosen ? coarser : 0.0;
     float there = 1.0 - instance.fade;
 
     bool veil = (instance.flags & VEIL) != 0u;

@@ -220,7 +220,7 @@ impl Meshes {
                 cmd.push(&PosePush {
                     count,
                     use_lod: u32::from(limits.is_some()),
-                    error: chosen.mesh_error,
+                    error: if limits.is_some() { chosen.mesh_error } else { -1.0 },
                     lit: if limits.is_some() && quality == Quality::Low { chosen.lit_mesh } else { 0.0 },
                 })?;
                 cmd.dispatch_over(count)
