@@ -91,7 +91,7 @@ struct Part {
 #define BIN_VEIL 4u        // the same, let through; + 1 in those before: two-sided
 #define BIN_LIT_VEIL 5u
 #define SMOOTH_LIT 4.0     // what has no pattern may be so many times as large and still lit at its vertices
-#define BAND 1.4           // a coarser level begins to fade in at this many times its threshold
+#define BAND 1.15          // a coarser level begins to fade in at this many times its threshold
 #define SKIN_THREADS 8      // a part may have four vertices
 #define LIGHT_THREADS 64u
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup a part: its triangles. Those of a veil are drawn twice, first what faces away, then what faces the eye; the others
-// of each time are points.
+// One workgroup a part: its triangles. Those of a veil are drawn twice, first what faces away, then what
+// faces the eye; the others of each time are points.
 
 #include "fibre.glsl"
 #include "mesh.glsl"
@@ -46,7 +46,8 @@ void main() {
         uint b = base + mesh_indices[from + 1u];
         uint c = base + mesh_indices[from + 2u];
         if (veil && !gone) {
-            // The sign of the area in the picture, whose y goes down: negative where the triangle is counter-clockwise.
+            // The sign of the area in the picture, whose y goes down: negative where the triangle is
+            // counter-clockwise.
             bool away = determinant(mat3(corner(a), corner(b), corner(c))) > 0.0;
             if (away != far_side) {
                 b = a;

@@ -38,8 +38,8 @@ vec3 mesh_light(Material m, Instance instance, Skin s, vec3 p) {
     return lit_tissue(m, albedo, s.normal, s.thickness_cm, 1.0, rim * rim, m.glow * s.glow, 0.6, p);
 }
 
-/// The share of what is behind a veil that it hides. The way through a sheet is the longer, the more askew it is seen. `facing`: the
-/// normal times the way to the eye, either side.
+/// The share of what is behind a veil that it hides. The way through a sheet is the longer, the more askew it
+/// is seen. `facing`: the normal times the way to the eye, either side.
 float veil_alpha(Material m, Skin s, float facing, vec3 p) {
     float cosine = max(abs(facing) * inversesqrt(dot(p, p)), 0.15);
     return 1.0 - pow(1.0 - clamp(m.base.a * s.color.a, 0.0, 0.999), 1.0 / cosine);

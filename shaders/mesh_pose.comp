@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One invocation an instance: its joints between two steps against their places at rest, whether it is seen, and at which
-// levels of detail.
+// One invocation an instance: its joints between two steps against their places at rest, whether it is seen,
+// and at which levels of detail.
 
 #include "view.glsl"
 #include "fibre.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup: where each part's vertices and indices begin (an exclusive prefix sum in the parts' order, so that every run
-// packs them the same way), and a draw for each bin.
+// One workgroup: where each part's vertices and indices begin (an exclusive prefix sum in the parts' order,
+// so that every run packs them the same way), and a draw for each bin.
 
 #include "fibre.glsl"
 #include "mesh.glsl"

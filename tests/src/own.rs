@@ -1,5 +1,5 @@
-//! Reef's own plugins in Rust, in one place: what is listed here is built for the tests, held to the contract, and run with
-//! the scenes.
+//! Reef's own plugins in Rust, in one place: what is listed here is built for the tests, held to the
+//! contract, and run with the scenes.
 
 /// One of Reef's own plugins.
 #[derive(Clone, Copy, Debug)]
@@ -12,8 +12,8 @@ pub struct Own {
     pub library: &'static str,
     /// A module's table that gives it something to do, as JSON; None: it has something to do without.
     pub config: Option<&'static str>,
-    /// Where the keys, species' keys and parameters are whose numbers have no unit: counts, shares, factors, seeds. All other
-    /// numbers name one, and follow a scene's `scale` by it.
+    /// Where the keys, species' keys and parameters are whose numbers have no unit: counts, shares, factors,
+    /// seeds. All other numbers name one, and follow a scene's `scale` by it.
     pub pure: &'static [&'static str],
 }
 

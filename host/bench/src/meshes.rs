@@ -1,8 +1,8 @@
-//! `reef bench meshes`: what meshes add to a frame at 640×360 — swaying plants, swimming bodies, pulsing bells — with levels of detail
-//! and without.
+//! `reef bench meshes`: what meshes add to a frame at 640×360 — swaying plants, swimming bodies, pulsing
+//! bells — with levels of detail and without.
 //!
-//! The seas are fixed here, not in files, because they are a measure: things of `render::meshes::sample` over the lit bed of
-//! `render::sample`, from near to far.
+//! The seas are fixed here, not in files, because they are a measure: things of `render::meshes::sample` over
+//! the lit bed of `render::sample`, from near to far.
 
 use std::time::Instant;
 
@@ -52,7 +52,7 @@ const SUBJECTS: [Subject; 4] = [
         target: DVec3::new(0.0, -3.6, -1.0),
         put: |models, outputs, i, time| {
             let [u, v] = even(i);
-            let z = -9.5 * v;
+            let z = -14.0 * v;
             models.plant(outputs, [(u - 0.5) * (2.5 - z), -4.0, z], 0.5 + 0.4 * v as f32, time);
         },
     },

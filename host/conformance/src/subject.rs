@@ -147,10 +147,10 @@ pub(super) fn payload(instance: &mut Instance) -> Result<Vec<u8>, Not> {
     Ok(envelope.payload.to_vec())
 }
 
-/// All that was emitted, as bytes.
+/// All that was emitted without being asked for, as bytes.
 pub(super) fn emitted(outputs: &Outputs) -> Vec<u8> {
     let mut bytes = Vec::new();
-    for (_, count, elements) in outputs.all_bytes() {
+    for (_, count, elements) in outputs.all_bytes().filter(|(stream, ..)| stream.is_wanted(0)) {
         bytes.extend_from_slice(&(count as u64).to_le_bytes());
         bytes.extend_from_slice(elements);
     }

@@ -1,4 +1,5 @@
-//! Looks at everything that a step emitted before the host uses any of it. A message names stream, index and field.
+//! Looks at everything that a step emitted before the host uses any of it. A message names stream, index and
+//! field.
 
 mod elements;
 pub(crate) mod meshes;
@@ -28,7 +29,8 @@ pub fn alone(count: usize, job: &(dyn Fn(usize) + Sync)) {
 
 /// What the host knows about the elements of a stream that it takes.
 pub trait Emitted: Element {
-    /// The number of elements that one job looks at; None: they are few in most seas, and one job looks at all such streams.
+    /// The number of elements that one job looks at; None: they are few in most seas, and one job looks at
+    /// all such streams.
     const PIECE: Option<usize>;
 
     /// What is wrong with it, among the streams that it refers to.
@@ -43,8 +45,8 @@ pub trait Emitted: Element {
     /// Whether what the header calls spare is zero.
     fn spare_is_zero(&self) -> bool;
 
-    /// Whether `part` of the stream is sound, and whether its ids grow, the first one from `before`. May doubt what is
-    /// allowed, but never passes what [`Emitted::check`] refuses.
+    /// Whether `part` of the stream is sound, and whether its ids grow, the first one from `before`. May
+    /// doubt what is allowed, but never passes what [`Emitted::check`] refuses.
     fn glance(part: &[Self], before: u64, outputs: &Outputs) -> (bool, bool) {
         let sound = part.iter().all(|element| element.check(outputs).is_ok());
         let mut last = before;
@@ -75,8 +77,9 @@ pub struct Checker {
 impl Checker {
     /// Checks all streams, each against those that it refers to.
     ///
-    /// Nearly always everything is sound. So jobs first look at that alone, without a word to say (`glance.rs`); only when
-    /// something seems wrong, a second pass finds the first wrong element and its message.
+    /// Nearly always everything is sound. So jobs first look at that alone, without a word to say
+    /// (`glance.rs`); only when something seems wrong, a second pass finds the first wrong element and its
+    /// message.
     pub fn check(&mut self, outputs: &Outputs, share: Share<'_>) -> Result<(), String> {
         let verdict = Verdict { sound: AtomicBool::new(true), unordered: AtomicU32::new(0) };
         let mut pieces = Pieces(0);

@@ -1,4 +1,5 @@
-//! Meshes that instances made: what a plugin gave is looked at once, here, so that nothing that is drawn later can lead outside.
+//! Meshes that instances made: what a plugin gave is looked at once, here, so that nothing that is drawn
+//! later can lead outside.
 
 use std::fmt::Display;
 
@@ -46,7 +47,8 @@ pub struct Mesh {
     pub rest: Vec<abi::Joint>,
     /// Joints that move a vertex: 0, 1, 2, 4 or 8.
     pub influences: u32,
-    /// As many a vertex, the greatest first: the joint, and in the high half its weight, all of a vertex summing to [`WHOLE`].
+    /// As many a vertex, the greatest first: the joint, and in the high half its weight, all of a vertex
+    /// summing to [`WHOLE`].
     pub bones: Vec<u32>,
     /// `abi::MESH_*`.
     pub flags: u32,
@@ -309,7 +311,8 @@ fn check_vertex(vertex: &abi::MeshVertex) -> Result<(), String> {
 }
 
 impl Meshes {
-    /// Makes one whose [`Sizes`] were checked; its id. Outside, why there can be none; inside, why there is no room.
+    /// Makes one whose [`Sizes`] were checked; its id. Outside, why there can be none; inside, why there is
+    /// no room.
     pub fn add(&mut self, wanted: Wanted<'_>) -> Result<Result<u32, String>, String> {
         wanted.check()?;
         let hash = wanted.hash();

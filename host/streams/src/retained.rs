@@ -1,6 +1,7 @@
-//! What instances made and their elements name by ids: textures, meshes. It stays with the instance that made it, in the program's
-//! memory: the outputs of each step carry the list, and a renderer that looks at them brings it to its device. So a sea without a
-//! renderer has it, too, and it goes with the last outputs that name it, however the instance ended.
+//! What instances made and their elements name by ids: textures, meshes. It stays with the instance that made
+//! it, in the program's memory: the outputs of each step carry the list, and a renderer that looks at them
+//! brings it to its device. So a sea without a renderer has it, too, and it goes with the last outputs that
+//! name it, however the instance ended.
 
 use std::sync::Arc;
 
@@ -15,8 +16,9 @@ pub trait Retained {
     const MANY: &'static str;
     /// Most of them that one instance may have at a time.
     const MOST: usize;
-    /// What elements call it. What is made again while it is there has the same id, so that an instance that takes up a saved
-    /// state, and makes its things anew for that, emits the same bytes. Never used for anything else.
+    /// What elements call it. What is made again while it is there has the same id, so that an instance that
+    /// takes up a saved state, and makes its things anew for that, emits the same bytes. Never used for
+    /// anything else.
     fn id(&self) -> u32;
     /// For messages and debuggers.
     fn name(&self) -> &str;
@@ -61,7 +63,8 @@ impl<T: Retained> Store<T> {
         &self.list
     }
 
-    /// The id of what has this name and content: one more holder, or what `make` makes with an id and the name as it is kept.
+    /// The id of what has this name and content: one more holder, or what `make` makes with an id and the
+    /// name as it is kept.
     pub(crate) fn hold(
         &mut self,
         name: &str,

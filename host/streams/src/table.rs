@@ -1,5 +1,5 @@
-//! The table of streams: which there are, what each is called, what it is made of, and how much of it a step may emit.
-//! What the host does with all of them follows from the table: memory, limits, checks, hashes.
+//! The table of streams: which there are, what each is called, what it is made of, and how much of it a step
+//! may emit. What the host does with all of them follows from the table: memory, limits, checks, hashes.
 
 use std::sync::Arc;
 
@@ -52,7 +52,9 @@ const COUNT: usize = abi::STREAM_COUNT as usize - 1;
 macro_rules! streams {
     (
         anew { $($(#[$about:meta])* $field:ident: $element:ty, $name:literal, $limit:expr, $asked_by:expr;)+ }
-        retained { $($(#[$kept_about:meta])* $kept:ident: $kept_element:ty, $kept_name:literal, $kept_limit:expr;)+ }
+        retained {
+            $($(#[$kept_about:meta])* $kept:ident: $kept_element:ty, $kept_name:literal, $kept_limit:expr;)+
+        }
         declared { $($declared:ty, $declared_name:literal;)* }
     ) => {
         /// All streams of the contract, in the order of their numbers.
@@ -68,8 +70,8 @@ macro_rules! streams {
             },)*
         ]);
 
-        /// The committed outputs of one instance in one step. Indices in the elements (object, material, first_node …) refer to
-        /// the vectors beside them and have been checked to lie inside them.
+        /// The committed outputs of one instance in one step. Indices in the elements (object, material,
+        /// first_node …) refer to the vectors beside them and have been checked to lie inside them.
         #[derive(Clone, Debug, Default)]
         pub struct Outputs {
             $($(#[$about])* pub $field: Vec<$element>,)+
@@ -107,13 +109,15 @@ macro_rules! streams {
                 })
             }
 
-            /// Takes out what belongs to objects of which `gone`, asked with their index, says yes. The objects themselves stay.
+            /// Takes out what belongs to objects of which `gone`, asked with their index, says yes. The
+            /// objects themselves stay.
             pub fn take_out(&mut self, gone: impl Fn(u32) -> bool) {
                 $(self.$field.retain(|element| !element.object().is_some_and(&gone));)+
             }
         }
 
-        /// What a running step writes into retained streams: who holds the outputs before shares what stays in them.
+        /// What a running step writes into retained streams: who holds the outputs before shares what stays
+        /// in them.
         #[derive(Debug, Default)]
         pub struct Retained {
             $($kept: Vec<$kept_element>,)+
@@ -133,10 +137,17 @@ macro_rules! streams {
                 $(self.$kept.soil();)+
             }
 
-            /// Puts into `outputs` what was `committed`, and what was in those `before` where that is the same or nothing was.
-            pub fn finish(&self, committed: impl Fn(u32) -> Option<u64>, before: &Outputs, outputs: &mut Outputs) {
+            /// Puts into `outputs` what was `committed`, and what was in those `before` where that is the
+            /// same or nothing was.
+            pub fn finish(
+                &self,
+                committed: impl Fn(u32) -> Option<u64>,
+                before: &Outputs,
+                outputs: &mut Outputs,
+            ) {
                 $(
-                    let written = committed(<$kept_element>::STREAM).map(|count| &self.$kept[..count as usize]);
+                    let count = committed(<$kept_element>::STREAM);
+                    let written = count.map(|count| &self.$kept[..count as usize]);
                     outputs.$kept = match written {
                         Some(written) if *written != before.$kept[..] => Arc::new(written.to_vec()),
                         _ => before.$kept.clone(),
@@ -203,7 +214,8 @@ fn counted<T: Pod>(elements: &[T]) -> (usize, &[u8]) {
     (elements.len(), bytemuck::cast_slice(elements))
 }
 
-/// The rows in the order of their numbers. Does not compile unless each stream of the contract has exactly one.
+/// The rows in the order of their numbers. Does not compile unless each stream of the contract has exactly
+/// one.
 const fn sorted(rows: &[Stream]) -> [Stream; COUNT] {
     assert!(rows.len() == COUNT, "the table of streams does not have one row for each stream of reef_sim.h");
     let mut sorted = [rows[0]; COUNT];

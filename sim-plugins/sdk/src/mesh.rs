@@ -32,8 +32,8 @@ pub struct MeshDesc<'a> {
 impl Host {
     /// Makes a mesh. In `create` and in a step, not in its jobs.
     ///
-    /// `Err`: what it is made of has rules, and their number a limit. Turned into the error of a create or a step, it leaves the
-    /// word to the host, which says them.
+    /// `Err`: what it is made of has rules, and their number a limit. Turned into the error of a create or a
+    /// step, it leaves the word to the host, which says them.
     pub fn mesh(&self, desc: &MeshDesc<'_>) -> Result<Mesh, MeshError> {
         let bones = desc.vertices.len() * desc.influences as usize;
         for (what, count) in [("joints", desc.joints.len()), ("weights", desc.weights.len())] {
@@ -71,7 +71,8 @@ impl Host {
             spare: [0; 2],
         };
         let mut id = 0;
-        // SAFETY: the mesh's pointers lead to living slices of the lengths that it says; the host copies what it keeps.
+        // SAFETY: the mesh's pointers lead to living slices of the lengths that it says; the host copies what
+        // it keeps.
         match unsafe { create(self.raw().ctx, &mesh, &mut id) } {
             abi::OK => Ok(Mesh { host: *self, id }),
             _ => Err(refused()),
@@ -79,7 +80,8 @@ impl Host {
     }
 }
 
-/// A mesh that the host keeps for this instance. Dropped, it is gone: nothing that is emitted from then on may name it.
+/// A mesh that the host keeps for this instance. Dropped, it is gone: nothing that is emitted from then on
+/// may name it.
 #[derive(Debug)]
 pub struct Mesh {
     host: Host,
@@ -96,8 +98,8 @@ impl Mesh {
 impl Drop for Mesh {
     fn drop(&mut self) {
         if let Some(destroy) = self.host.raw().mesh_destroy {
-            // SAFETY: a service with a number; like the instance that holds this value, it ends before the host's table does.
-            // A refusal leaves a mesh that nothing names.
+            // SAFETY: a service with a number; like the instance that holds this value, it ends before the
+            // host's table does. A refusal leaves a mesh that nothing names.
             let _ = unsafe { destroy(self.host.raw().ctx, self.id) };
         }
     }

@@ -5,7 +5,8 @@
 //! static ALLOCATOR: reef_counting::Counting = reef_counting::Counting;
 //! ```
 //!
-//! Such a test is a program of its own. A program without it counts nothing, so a test begins by seeing one allocation.
+//! Such a test is a program of its own. A program without it counts nothing, so a test begins by seeing one
+//! allocation.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},

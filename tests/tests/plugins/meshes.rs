@@ -1,5 +1,5 @@
-//! Meshes that a plugin makes: they go with the outputs that name them, keep their ids over a load, a reset and a discarded step,
-//! and end with their instance.
+//! Meshes that a plugin makes: they go with the outputs that name them, keep their ids over a load, a reset
+//! and a discarded step, and end with their instance.
 
 use std::sync::Arc;
 
@@ -11,7 +11,8 @@ use reef_tests::{
     sea::{Sea, config},
 };
 
-/// A mesh from the start, another from step 2 on, drawn by joints and by vertices; what goes wrong when it is asked to.
+/// A mesh from the start, another from step 2 on, drawn by joints and by vertices; what goes wrong when it is
+/// asked to.
 struct Modeller {
     host: Host,
     step: u64,

@@ -1,5 +1,5 @@
-//! Every number that a scene can say names its unit, or is known to have none: a length whose unit is forgotten would not
-//! follow a scene's `scale`. (That units do follow it is tested where scenes are read.)
+//! Every number that a scene can say names its unit, or is known to have none: a length whose unit is
+//! forgotten would not follow a scene's `scale`. (That units do follow it is tested where scenes are read.)
 
 use std::collections::BTreeSet;
 
@@ -54,7 +54,8 @@ impl Numbers {
         };
     }
 
-    /// Everything that a value of this schema at `path` may have in it, of the unit `around` where it names none itself.
+    /// Everything that a value of this schema at `path` may have in it, of the unit `around` where it names
+    /// none itself.
     fn read<'a>(&mut self, root: &'a Json, schema: &'a Json, path: &str, around: Option<&'a str>) {
         let unit = schema["x-unit"].as_str().or(around);
         if schema.get("const").or(schema.get("enum")).is_some() {

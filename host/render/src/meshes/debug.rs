@@ -1,5 +1,6 @@
-//! Joints and levels of detail as lines, for people: each joint's axes, and the way from one to the next, in the colour of the level at
-//! which the instance is drawn. What is made anew has no joints: a cross at its middle has that colour.
+//! Joints and levels of detail as lines, for people: each joint's axes, and the way from one to the next, in
+//! the colour of the level at which the instance is drawn. What is made anew has no joints: a cross at its
+//! middle has that colour.
 
 use glam::Vec3;
 use reef_streams::frame::Frame;

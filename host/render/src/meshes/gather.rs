@@ -1,4 +1,5 @@
-//! Two steps' meshes, made ready for the GPU: instances matched between the steps, those that let light through from far to near.
+//! Two steps' meshes, made ready for the GPU: instances matched between the steps, those that let light
+//! through from far to near.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -16,7 +17,8 @@ use crate::{quality::Quality, view::Lens};
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]
 pub struct Subject {
-    /// First all that hides what is behind it, in the order of modules and streams, then veils from far to near.
+    /// First all that hides what is behind it, in the order of modules and streams, then veils from far to
+    /// near.
     pub instances: Vec<GpuInstance>,
     /// Joints that all instances are moved by.
     pub palette: u32,
@@ -50,8 +52,8 @@ struct Steps<'a> {
     bases: [[u32; 2]; 2],
 }
 
-/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `quality`: at low quality veils are lit at their vertices, where
-/// none has a texture.
+/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `quality`: at low quality veils are lit
+/// at their vertices, where none has a texture.
 pub fn gather(
     previous: &Frame,
     current: &Frame,
@@ -83,8 +85,8 @@ pub fn gather(
     all
 }
 
-/// Puts veils behind all else, from far to near. What an object's elements turn away from the eye comes first, the outermost
-/// before the inner ones; then, the other way round, what faces the eye.
+/// Puts veils behind all else, from far to near. What an object's elements turn away from the eye comes
+/// first, the outermost before the inner ones; then, the other way round, what faces the eye.
 fn hang(all: &mut Subject, mut veils: Vec<Veil>) {
     veils.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.object.cmp(&b.object)));
     for same in veils.chunk_by(|a, b| a.object == b.object) {

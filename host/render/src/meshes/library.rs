@@ -104,7 +104,8 @@ fn vertex(vertex: &abi::MeshVertex) -> GpuVertex {
     }
 }
 
-/// A number as a half float, rounded to the nearest; what is too small for one is 0, what is too great the greatest.
+/// A number as a half float, rounded to the nearest; what is too small for one is 0, what is too great the
+/// greatest.
 pub fn half(value: f32) -> u32 {
     let sign = value.to_bits() >> 16 & 0x8000;
     let size = value.abs();
@@ -146,8 +147,8 @@ pub struct Library {
 }
 
 impl Library {
-    /// Makes the device hold the meshes that the instances of this step have. Where these changed, all is made anew: meshes
-    /// change when instances begin, not while they run.
+    /// Makes the device hold the meshes that the instances of this step have. Where these changed, all is
+    /// made anew: meshes change when instances begin, not while they run.
     pub fn update(&mut self, gpu: &Gpu, frame: &Frame) -> Result<()> {
         let mut wanted: Vec<&Arc<Mesh>> = Vec::new();
         let mut same = true;
@@ -184,7 +185,8 @@ impl Library {
     }
 }
 
-/// A buffer with this content; one of nothing where there is none, because a buffer of no bytes is not allowed.
+/// A buffer with this content; one of nothing where there is none, because a buffer of no bytes is not
+/// allowed.
 fn bring<T: Pod>(gpu: &Gpu, name: &str, content: &[T]) -> Result<Buffer> {
     let nothing = [T::zeroed()];
     let content = if content.is_empty() { &nothing } else { content };

@@ -1,19 +1,22 @@
 //! Meshes: compute passes that blend, cull, choose levels of detail and skin, and the draws.
 //!
-//! 1. `mesh_pose.comp`, one invocation an instance: joints of two steps → what moves vertices, or nothing where it is culled; up to two
-//!    levels of detail, of which the pixels are shared;
+//! 1. `mesh_pose.comp`, one invocation an instance: joints of two steps → what moves vertices, or nothing
+//!    where it is culled; up to two levels of detail, of which the pixels are shared;
 //! 2. `mesh_scan.comp`, one work group: where each part's vertices and indices lie, in the instances' order;
 //! 3. `mesh_skin.comp`, one work group a part: vertices in clip space;
 //! 4. `mesh_index.comp`, one work group a part: triangles;
 //! 5. `mesh_lit.comp`, one invocation a vertex: at low quality the light of what is small;
-//! 6. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag` where a material has a
-//!    texture) the rest: a draw for all instances of all meshes, by what they need of the device.
+//! 6. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag`
+//!    where a material has a texture) the rest: a draw for all instances of all meshes, by what they need of
+//!    the device.
 //!
-//! What is solid is drawn early; veils, which light comes through, late, from far to near, first what they turn away from the eye.
+//! What is solid is drawn early; veils, which light comes through, late, from far to near, first what they
+//! turn away from the eye.
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
 mod debug;
+mod draws;
 pub mod gather;
 pub mod library;
 pub mod records;
@@ -26,11 +29,12 @@ pub mod twin;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use reef_gpu::{
-    Access, Blend, Buffer, BufferDesc, Cmd, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load,
-    Memory, Pipeline, Resource, Result, Upload, VertexDesc,
+    Access, Buffer, BufferDesc, Cmd, Data, DepthLoad, Frame, Gpu, Load, Memory, Pipeline, Resource, Result,
+    Upload,
 };
 
 use self::{
+    draws::{Draws, Variant, lit_pipeline},
     gather::Subject,
     library::Library,
     records::{
@@ -41,7 +45,6 @@ use self::{
 };
 use super::{
     Shot,
-    formats::DEPTH,
     gather::{Gathered, GpuLine, GpuObject},
     layers::Layers,
     lod::Thresholds,
@@ -93,24 +96,6 @@ struct Buffers {
     draw: Buffer,
 }
 
-/// What is compiled into the fragment shader.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Variant {
-    quality: Quality,
-    /// Bit n: some material has pattern n.
-    patterns: u32,
-    /// Some material has a texture.
-    textured: bool,
-}
-
-/// The draws by pixels: one-sided, two-sided, veils.
-struct Draws {
-    sides: [Pipeline; 2],
-    veil: Pipeline,
-    /// Of what is lit at its vertices.
-    light: Pipeline,
-}
-
 /// What one picture uploaded.
 #[derive(Clone, Copy)]
 struct Picture {
@@ -118,6 +103,17 @@ struct Picture {
     materials: Upload,
     veils: bool,
     lit_veils: bool,
+}
+
+/// What a picture drew, as it was read back.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Two an instance, in the instances' order.
+    pub parts: Vec<GpuPart>,
+    /// Words of each vertex.
+    pub vertices: Vec<[u32; VERTEX_WORDS]>,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
 }
 
 /// The mesh passes.
@@ -446,10 +442,10 @@ impl Meshes {
         Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
     }
 
-    /// What the last picture drew: parts in the instances' order, vertices, indices. Waits for the device: for tests.
-    pub fn read_back(&self) -> Result<(Vec<GpuPart>, Vec<[u32; VERTEX_WORDS]>, Vec<u32>)> {
+    /// What the last picture drew. Waits for the device: for tests.
+    pub fn read_back(&self) -> Result<Drawn> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.picture.is_some()) else {
-            return Ok(Default::default());
+            return Ok(Drawn::default());
         };
         let counts = self.counts()?;
         let bytes = self.gpu.read_buffer(&b.parts)?;
@@ -459,7 +455,7 @@ impl Meshes {
         let vertices = vertices.map(bytemuck::pod_read_unaligned).collect();
         let bytes = self.gpu.read_buffer(&b.index)?;
         let indices = bytes.chunks_exact(4).take(3 * counts.triangles as usize);
-        Ok((parts, vertices, indices.map(bytemuck::pod_read_unaligned).collect()))
+        Ok(Drawn { parts, vertices, indices: indices.map(bytemuck::pod_read_unaligned).collect() })
     }
 
     /// What was brought of steps for the last picture [bytes].
@@ -511,75 +507,4 @@ impl Meshes {
         });
         Ok(())
     }
-}
-
-impl Draws {
-    fn new(gpu: &Gpu, variant: Variant) -> Self {
-        let pipeline = |name, two_sided, veil| pixel_pipeline(gpu, name, variant, two_sided, veil);
-        Self {
-            sides: [pipeline("meshes", false, false), pipeline("meshes, two-sided", true, false)],
-            veil: pipeline("mesh veils", true, true),
-            light: Pipeline::compute(
-                gpu,
-                "mesh_lit.comp",
-                &[variant.quality.constant(), (1, variant.patterns)],
-            ),
-        }
-    }
-}
-
-fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil: bool) -> Pipeline {
-    use vk::Format as F;
-    let attributes = [
-        (0, F::R32G32B32A32_SFLOAT, 0),
-        (1, F::R16G16B16A16_SNORM, 16),
-        (2, F::R16G16B16A16_SFLOAT, 24),
-        (3, F::R16G16B16A16_SFLOAT, 32),
-        (4, F::R8G8B8A8_UNORM, 40),
-        (5, F::R32_UINT, 44),
-    ];
-    let blend = if veil { Blend::Alpha } else { Blend::Replace };
-    let draw = GraphicsDesc {
-        cull: cull(two_sided),
-        vertices: &[VertexDesc {
-            stride: VERTEX_WORDS as u32 * 4,
-            per_instance: false,
-            attributes: &attributes,
-        }],
-        color: &[(variant.quality.format(), blend)],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !veil }),
-        constants: &[
-            variant.quality.constant(),
-            (1, variant.patterns),
-            (2, u32::from(two_sided)),
-            (3, u32::from(veil)),
-        ],
-        ..GraphicsDesc::new(
-            name,
-            "mesh.vert",
-            if variant.textured { "mesh_textured.frag" } else { "mesh.frag" },
-        )
-    };
-    Pipeline::graphics(gpu, &draw)
-}
-
-fn lit_pipeline(gpu: &Gpu, name: &str, two_sided: bool, veil: bool) -> Pipeline {
-    use vk::Format as F;
-    let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R16G16_UNORM, 20)];
-    let draw = GraphicsDesc {
-        cull: cull(two_sided),
-        vertices: &[VertexDesc {
-            stride: VERTEX_WORDS as u32 * 4,
-            per_instance: false,
-            attributes: &attributes,
-        }],
-        color: &[(Quality::Low.format(), if veil { Blend::Alpha } else { Blend::Replace })],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !veil }),
-        ..GraphicsDesc::new(name, "mesh_lit.vert", "mesh_lit.frag")
-    };
-    Pipeline::graphics(gpu, &draw)
-}
-
-fn cull(two_sided: bool) -> vk::CullModeFlags {
-    if two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK }
 }

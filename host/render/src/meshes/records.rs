@@ -22,8 +22,8 @@ pub const SMOOTH: u32 = 32;
 /// [`GpuInstance::flags`]: of a veil that is lit at its vertices.
 pub const LIT_VEIL: u32 = 64;
 
-/// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils by
-/// pixels and at vertices.
+/// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils
+/// by pixels and at vertices.
 pub const BINS: usize = 6;
 /// Of what is lit at its vertices.
 pub const BIN_LIT: usize = 0;
@@ -36,7 +36,7 @@ pub const BIN_LIT_VEIL: usize = 5;
 /// What has no pattern may be so many times as large and still lit at its vertices.
 pub const SMOOTH_LIT: f32 = 4.0;
 /// A coarser level begins to fade in at this many times its threshold.
-pub const BAND: f32 = 1.4;
+pub const BAND: f32 = 1.15;
 /// Words of a vertex, as `mesh_skin.comp` writes them.
 pub const VERTEX_WORDS: usize = 12;
 /// A level of no part.

@@ -1,4 +1,5 @@
-//! Small seas of meshes made by hand: what tests and benches of the mesh passes look at when they need no plugin.
+//! Small seas of meshes made by hand: what tests and benches of the mesh passes look at when they need no
+//! plugin.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The joints and vertices of steps on the device: each step is brought there once, however many pictures show it, and two stay there.
+//! The joints and vertices of steps on the device: each step is brought there once, however many pictures
+//! show it, and two stay there.
 
 use std::sync::Arc;
 
@@ -7,7 +8,8 @@ use bytemuck::Pod;
 use reef_gpu::{Buffer, BufferDesc, Gpu, Memory, Result};
 use reef_streams::{Outputs, frame::Frame};
 
-/// Steps that are kept: the two of a picture, and those that frames in flight may still read. A frame brings two at most.
+/// Steps that are kept: the two of a picture, and those that frames in flight may still read. A frame brings
+/// two at most.
 const KEPT: usize = 8;
 
 /// One step on the device.

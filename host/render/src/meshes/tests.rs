@@ -1,5 +1,6 @@
-//! The mesh passes on a real device (lavapipe counts): the GPU's vertices and triangles against the CPU's twin, and what a picture
-//! must and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
+//! The mesh passes on a real device (lavapipe counts): the GPU's vertices and triangles against the CPU's
+//! twin, and what a picture must and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for
+//! looking at.
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use reef_streams::{
 };
 
 use super::{
+    Drawn,
     gather::{Subject, gather},
     library::Shelf,
     records::{BIN_LIT, BIN_LIT_VEIL, BIN_VEIL, FAR_SIDE, VEIL},
@@ -100,7 +102,7 @@ fn the_gpus_meshes_are_those_of_the_twin() {
             environment: &environment,
         };
         studio.run(&shot, &settings).expect("a picture");
-        let (parts, vertices, indices) = studio.renderer().meshes().read_back().expect("read back");
+        let Drawn { parts, vertices, indices } = studio.renderer().meshes().read_back().expect("read back");
         let counts = studio.renderer().meshes().counts().expect("read back");
         assert_eq!(counts.left_out, 0);
         let subject = gather(&previous, &current, alpha, &lens, settings.quality, &shelf);

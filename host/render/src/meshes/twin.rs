@@ -1,5 +1,6 @@
-//! The CPU's twin of the mesh passes (`shaders/mesh_pose.comp`, `mesh_skin.comp`, `mesh_index.comp`): tests compare what the GPU wrote
-//! with what stands here. Pictures use it for lines that show joints and levels alone.
+//! The CPU's twin of the mesh passes (`shaders/mesh_pose.comp`, `mesh_skin.comp`, `mesh_index.comp`): tests
+//! compare what the GPU wrote with what stands here. Pictures use it for lines that show joints and levels
+//! alone.
 
 use glam::{Mat3, Quat, Vec3, Vec4};
 use reef_abi as abi;
@@ -138,7 +139,8 @@ pub fn stand(
     }
 }
 
-/// The two parts of an instance: None where one is not drawn. `limits` None: everything at its finest level, nothing culled.
+/// The two parts of an instance: None where one is not drawn. `limits` None: everything at its finest level,
+/// nothing culled.
 pub fn parts(
     (subject, brought): (&Subject, &Brought),
     (shelf, objects): (&Shelf, &[GpuObject]),

@@ -28,10 +28,8 @@ impl Chain {
         list(&mut hasher, frame.flow.len(), bytemuck::cast_slice(&frame.flow));
         for (number, outputs) in frame.outputs.iter().enumerate() {
             hasher.update(&(number as u64).to_le_bytes());
-            for (stream, count, bytes) in outputs.all_bytes() {
-                if stream.asked_by == 0 {
-                    list(&mut hasher, count, bytes);
-                }
+            for (_, count, bytes) in outputs.all_bytes().filter(|(stream, ..)| stream.is_wanted(0)) {
+                list(&mut hasher, count, bytes);
             }
         }
         for state in world.save_members()? {

@@ -14,8 +14,8 @@ use super::{Emitted, Fault, PIECE};
 pub const FARTHEST: f64 = 1e6;
 /// Farthest that an element may be from its object's origin [m].
 pub const FARTHEST_LOCAL: f32 = 1e5;
-/// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation (1e-7), and room
-/// for a vector that was carried along many segments.
+/// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation
+/// (1e-7), and room for a vector that was carried along many segments.
 pub(super) const UNIT_TOLERANCE: f32 = 1e-3;
 /// All flags that a fibre may have, and how many vertices a ring of it.
 pub(crate) const FIBRE_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::FIBRE_CAP | abi::FIBRE_BLADE;

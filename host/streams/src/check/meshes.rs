@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{Outputs, meshes::Mesh, retained};
 
-/// Widest turn of a hue [rad]: half a circle, as an f32 may have rounded it.
-const HALF_TURN: f32 = 3.141_593;
+/// Widest turn of a hue [rad].
+const HALF_TURN: f32 = std::f32::consts::PI;
 
 fn is_turn([x, y, z, w]: [f32; 4]) -> bool {
     ((x * x + y * y + z * z + w * w) - 1.0).abs() <= UNIT_TOLERANCE

@@ -1,5 +1,5 @@
-//! Which of a step's wave trains matter for objects between two heights, and in which order they are counted (§3.3.1).
-//! Particles and whatever is soft choose alike.
+//! Which of a step's wave trains matter for objects between two heights, and in which order they are counted
+//! (§3.3.1). Particles and whatever is soft choose alike.
 
 use reef_abi::Wave;
 
@@ -28,7 +28,8 @@ impl Steady {
     }
 }
 
-/// What the wave trains' list means for what is between two heights. Made anew when something of it changes, not each step.
+/// What the wave trains' list means for what is between two heights. Made anew when something of it changes,
+/// not each step.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     key: Key,
@@ -48,8 +49,8 @@ struct Key {
 }
 
 impl Choice {
-    /// Looks at a step's trains over the depth [m] through a lens. `threshold`: A_min [px]; heights: the lowest and the
-    /// highest centre [m, world].
+    /// Looks at a step's trains over the depth [m] through a lens. `threshold`: A_min [px]; heights: the
+    /// lowest and the highest centre [m, world].
     pub fn update(
         &mut self,
         waves: &[Wave],

@@ -1,18 +1,20 @@
 //! The waves over a whole plant from one look at the trains: orbital velocity and its gradient at one place.
 //!
-//! What stands on the ground and sways has many nodes close together. Under a train that is much longer than a plant is
-//! tall they all feel nearly the same, and what differs is linear in the place: v(p) = v(p₀) + G (p − p₀), with
+//! What stands on the ground and sways has many nodes close together. Under a train that is much longer than
+//! a plant is tall they all feel nearly the same, and what differs is linear in the place: v(p) = v(p₀) + G
+//! (p − p₀), with
 //!
 //! - along the heading: v = r ω C sin ψ, upward: −r ω S cos ψ (see [`crate::waves`])
-//! - G = ∇v from the same sines and cosines, since C′ = k S and S′ = k C. Water that does not turn has G = Gᵀ: six numbers.
+//! - G = ∇v from the same sines and cosines, since C′ = k S and S′ = k C. Water that does not turn has
+//!   G = Gᵀ: six numbers.
 //!
-//! Over a plant that reaches q/k from p₀ this errs by e^q − 1 − q of the speed at p₀ at most: 2 % for a plant a fifteenth
-//! of the train's length high (q = 0.2). Trains shorter than that go over from acting wholly at q = 1 to nothing at q = 2:
-//! they push the top the other way than the foot, and swing faster than a plant follows. That depends on the plant and the train
-//! alone, so nothing pops.
+//! Over a plant that reaches q/k from p₀ this errs by e^q − 1 − q of the speed at p₀ at most: 2 % where a train
+//! is fifteen times as long as the plant is high (q = 0.2), 15 % where it is six times as long. From three
+//! times (q = 1) to one and a half (q = 2) a train fades out: it would push the top the other way than the
+//! foot, and swings faster than a plant follows. That depends on plant and train alone, so nothing pops.
 //!
-//! ψ is worked out from world positions in f64, so a plant far from the middle of the world feels the same as one there. A lane
-//! is one place, and no lane depends on another.
+//! ψ is worked out from world positions in f64, so a plant far from the middle of the world feels the same as
+//! one there. A lane is one place, and no lane depends on another.
 
 use core::f64::consts::PI;
 
@@ -53,7 +55,8 @@ struct Train {
     slope: [f32; 6],
 }
 
-/// One step's trains as plants take them. Refilling it allocates nothing once it has grown to its greatest size.
+/// One step's trains as plants take them. Refilling it allocates nothing once it has grown to its greatest
+/// size.
 #[derive(Clone, Debug, Default)]
 pub struct Swell {
     trains: Vec<Train>,
@@ -61,8 +64,8 @@ pub struct Swell {
 }
 
 impl Swell {
-    /// Takes a step's trains over the depth [m], in the given order (numbers in `waves`, see [`super::Choice::order`]).
-    /// What is not finite or has no amplitude or no length moves nothing.
+    /// Takes a step's trains over the depth [m], in the given order (numbers in `waves`, see
+    /// [`super::Choice::order`]). What is not finite or has no amplitude or no length moves nothing.
     pub fn fill(&mut self, waves: &[Wave], order: &[u16], depth: f64) {
         self.trains.clear();
         self.depth = depth as f32;
@@ -106,8 +109,8 @@ pub struct Places {
 }
 
 impl Places {
-    /// Puts a place into a lane: p₀ [m, world], how far the plant reaches from there [m], and what its own positions are
-    /// relative to [m, world].
+    /// Puts a place into a lane: p₀ [m, world], how far the plant reaches from there [m], and what its own
+    /// positions are relative to [m, world].
     pub fn set(&mut self, lane: usize, at: [f64; 3], radius: f64, origin: [f64; 3]) {
         for axis in 0..3 {
             self.at[axis][lane] = at[axis];
@@ -195,7 +198,8 @@ pub struct Seen<'a> {
     pub eye: [f64; 3],
 }
 
-/// What the waves, times `factor`, do at many places. The same bytes at every level, for each place whatever the others are.
+/// What the waves, times `factor`, do at many places. The same bytes at every level, for each place whatever
+/// the others are.
 pub fn surges(
     level: Level,
     swell: &Swell,

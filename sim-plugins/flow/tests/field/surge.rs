@@ -67,7 +67,8 @@ fn a_surge_is_the_orbital_velocity_and_its_gradient() {
                 let truth = |p: [f64; 3]| {
                     reference::orbit(&wave, depth, core::array::from_fn(|axis| at[axis] + p[axis]))[1]
                 };
-                // The speed at the greatest phase; f32 numbers, and a millionth of r where the bed is left out.
+                // The speed at the greatest phase; f32 numbers, and a millionth of r where the bed is left
+                // out.
                 let speed = 0.2 * f64::from(wave[0].frequency) * reference::axes(k, depth, at[1])[0];
                 let surface = 0.2 * f64::from(wave[0].frequency);
                 let allowed = 2e-6 * speed + 1e-6 * surface;

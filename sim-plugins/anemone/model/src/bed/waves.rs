@@ -1,8 +1,8 @@
 //! The plants among the waves: where each feels them, and what it feels there.
 //!
-//! A plant is small beside the waves that reach it: all of it feels the velocity and the gradient at one place, halfway up
-//! ([`reef_flow::waves::surge`]). Bare fibres that stand far apart have places of their own.
-//! What a plant feels depends on the plant, the waves and who looks, not on the other plants.
+//! A plant is small beside the waves that reach it: all of it feels the velocity and the gradient at one
+//! place, halfway up ([`reef_flow::waves::surge`]). Bare fibres that stand far apart have places of their
+//! own. What a plant feels depends on the plant, the waves and who looks, not on the other plants.
 
 use glam::DVec3;
 use reef_flow::waves::{
@@ -14,12 +14,14 @@ use reef_sdk::Chunks;
 use super::{Batch, Settings, Standing, Surroundings};
 use crate::wide::lanes;
 
-/// A_min [px]: what trains that are left out may move the water by, in the scene's viewport. The tip of a soft blade goes twice as
-/// far as the water at most, so nobody sees them missing; and it follows with its relaxation time, so none of them pops.
+/// A_min [px]: what trains that are left out may move the water by, in the scene's viewport. The tip of a
+/// soft blade goes twice as far as the water at most, so nobody sees them missing; and it follows with its
+/// relaxation time, so none of them pops.
 const LEAST_SEEN: f64 = 0.5;
 /// For nobody in particular: all trains matter.
 const CLOSEST: Lens = Lens { focal: f64::INFINITY, corner: 1.0 };
-/// A plant without a foot that reaches farther than this times a fibre's length is a patch of fibres far apart.
+/// A plant without a foot that reaches farther than this times a fibre's length is a patch of fibres far
+/// apart.
 const SPARSE: f64 = 4.0;
 /// Sixteens of places in a job.
 const JOB: usize = 16;
@@ -35,7 +37,8 @@ pub(super) struct Swaying {
 }
 
 impl Swaying {
-    /// Notes where a plant, or one fibre of it, is: the middle of a length [m] along a direction from its root.
+    /// Notes where a plant, or one fibre of it, is: the middle of a length [m] along a direction from its
+    /// root.
     fn add(&mut self, root: DVec3, up: DVec3, length: f64, origin: DVec3) -> u32 {
         let (block, lane) = (self.count / LANES, self.count % LANES);
         if lane == 0 {
@@ -82,7 +85,8 @@ impl Swaying {
         }
         let camera = around.camera.filter(|_| settings.trains);
         let lens = camera.map_or(CLOSEST, Lens::new);
-        // The whole height of the water: what is chosen for one plant does not depend on where the others stand.
+        // The whole height of the water: what is chosen for one plant does not depend on where the others
+        // stand.
         choice.update(around.waves, around.depth, lens, LEAST_SEEN, Rule::Sum, [-around.depth, 0.0]);
         swell.fill(around.waves, choice.order(), around.depth);
         if swell.is_still() {

@@ -51,8 +51,8 @@ pub fn step(
     step_into(level, chunk, water, contacts, constants, &mut [], &mut Ahead::none());
 }
 
-/// As [`step`] in any water, then [`emit`]: the same bytes, in less time, since each node is written where it is worked out. `ahead`:
-/// what will be needed next.
+/// As [`step`] in any water, then [`emit`]: the same bytes, in less time, since each node is written where it
+/// is worked out. `ahead`: what will be needed next.
 pub fn step_into(
     level: Level,
     chunk: &mut Chunk,

@@ -1,4 +1,5 @@
-//! Anemones and seagrasses among the waves: orbital velocity by linear theory, alone and among others, at any time step.
+//! Anemones and seagrasses among the waves: orbital velocity by linear theory, alone and among others, at any
+//! time step.
 
 use std::f64::consts::TAU;
 
@@ -103,7 +104,8 @@ fn a_fibre_bends_in_a_train_as_in_a_current_of_its_orbital_velocity() {
     }
 }
 
-/// Half the swing of a tip along x [m], its phase at time 0 against a cosine [rad], and its mean [m], over whole periods.
+/// Half the swing of a tip along x [m], its phase at time 0 against a cosine [rad], and its mean [m], over
+/// whole periods.
 fn swing(position: [f64; 3], length: f64, dt: f64) -> [f64; 3] {
     let omega = dispersion::frequency(TAU / length, DEPTH);
     let period = (TAU / omega / dt).round() as usize;
