@@ -33,14 +33,13 @@ struct Surface {
 /// Bits of the patterns that the picture's materials use; the others are not compiled in.
 layout(constant_id = 1) const uint PATTERNS = 30u;
 
-/// Share of the accent colour, 0..1.
-float pattern_share(Material m, float along, vec2 circle, float radius_m, float length_m, uint seed) {
+/// Share of the accent colour, 0..1. `place`: on the skin, unrolled to metres.
+float pattern_share(Material m, float along, vec2 circle, vec3 place, float phase, uint seed) {
     float soft = max(m.pattern_softness, 0.04);
     float share = m.accent.a;
     if ((PATTERNS & 2u) != 0u && m.pattern == 1u) {
-        // Round spots: one per cell, jittered, on the skin unrolled to metres.
-        float s = m.pattern_scale;
-        vec3 p = vec3(circle * radius_m, along * length_m) * s;
+        // Round spots: one per cell, jittered.
+        vec3 p = place * m.pattern_scale + phase;
         vec3 cell = floor(p);
         float nearest = 8.0;
         for (int i = 0; i < 8; i++) {
@@ -53,17 +52,17 @@ float pattern_share(Material m, float along, vec2 circle, float radius_m, float 
         return 1.0 - smoothstep(size * (1.0 - soft), size * (1.0 + soft), nearest);
     }
     if ((PATTERNS & 4u) != 0u && m.pattern == 2u) {
-        float x = fract(along * m.pattern_scale + 0.35 * float(seed & 255u) / 255.0 * 0.3);
+        float x = fract(along * m.pattern_scale + 0.35 * float(seed & 255u) / 255.0 * 0.3 + phase);
         float d = abs(x - 0.5) * 2.0;
         return smoothstep(1.0 - share - soft * 0.5, 1.0 - share + soft * 0.5, d);
     }
     if ((PATTERNS & 8u) != 0u && m.pattern == 3u) {
-        float x = fract(atan(circle.y, circle.x) * 0.15915494 * m.pattern_scale + 0.5);
+        float x = fract(atan(circle.y, circle.x) * 0.15915494 * m.pattern_scale + 0.5 + phase);
         float d = abs(x - 0.5) * 2.0;
         return 1.0 - smoothstep(share - soft * 0.5, share + soft * 0.5, d);
     }
     if ((PATTERNS & 16u) != 0u && m.pattern == 4u) {
-        vec3 p = vec3(circle * radius_m, along * length_m) * m.pattern_scale;
+        vec3 p = place * m.pattern_scale + phase;
         float n = 0.65 * value_noise(p, seed) + 0.35 * value_noise(p * 2.3, seed ^ 0x77u);
         float at = mix(0.72, 0.28, share);
         return smoothstep(at - soft * 0.2, at + soft * 0.2, n);
@@ -71,18 +70,58 @@ float pattern_share(Material m, float along, vec2 circle, float radius_m, float 
     return 0.0;
 }
 
-/// Light that leaves the point `p` in eye space toward the eye. `flags`: REEF_FIBRE_*.
-vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
-    bool foot = (flags & FLAG_CAP) != 0u;
+/// Light that leaves a place on tissue of the colour `albedo` toward the eye. `tissue_cm`: what light crosses; `open`: share of the
+/// light that neighbours leave; `rim`: how much it is seen at a grazing angle; `glow`: emitted; `sheet`: 1 where the other side is
+/// near and lit, too.
+vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float open, float rim, float glow, float sheet, vec3 p) {
     vec3 to_eye = normalize(-p);
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
+    vec3 light = view.sun.xyz;
+    float wrap = m.wrap;
+    float facing = dot(normal, light);
+    float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
+    float caustic = 1.0;
+    if (HIGH != 0u && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
+    vec3 sun = view.sun_color.rgb * sea;
+    vec3 ground = vec3(0.62, 0.52, 0.38);
 
+    // What shines through is not thrown back.
+    float thin = m.translucency * exp(-2.0 * tissue_cm);
+    vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25) * (1.0 - 0.4 * thin));
+    result += albedo * ambient_light(normal, sea, ground) * open;
+
+    // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of
+    // the bright window above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle
+    // looks past it. What comes through has crossed the tissue and has more of its colour.
+    vec3 sight = -to_eye;
+    float toward = 0.5 + 0.5 * dot(sight, normalize(light + normal * 0.3));
+    toward *= toward * toward;
+    float upward = 0.5 + 0.5 * sight.y;
+    float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
+    vec3 tint = albedo * sqrt(albedo / peak);
+    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1)
+        + view.ambient.rgb * sea * (3.0 * upward * upward);
+    result += tint * through * (thin * open);
+    // What falls on the back of a sheet.
+    result += tint * sun * (sheet * thin * clamp(-facing, 0.0, 1.0));
+
+    // A rim of the water that is behind it.
+    vec3 water = view.scattered.rgb * sea * from_above(sight) * toward_sun(sight);
+    result += water * (rim * (1.0 - view.beam.w) * m.rim * open);
+    result += albedo * glow;
+    return result;
+}
+
+/// Light that leaves the point `p` in eye space toward the eye. `flags`: REEF_FIBRE_*.
+vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
+    bool foot = (flags & FLAG_CAP) != 0u;
     // Colour.
     float tip = smoothstep(m.tip.a, 1.0, s.along);
     vec3 albedo = mix(m.base.rgb, m.tip.rgb, tip);
     if (m.pattern != 0u) {
-        float share = pattern_share(m, s.along, s.circle, s.radius_cm * 0.01, s.chain, variation);
+        vec3 place = vec3(s.circle * (s.radius_cm * 0.01), s.along * s.chain);
+        float share = pattern_share(m, s.along, s.circle, place, 0.0, variation);
         if (foot) share *= 1.0 - smoothstep(0.0, 0.1, s.disc);
         albedo = mix(albedo, m.accent.rgb, share);
     }
@@ -102,41 +141,8 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     }
 
     // A diagram has no sea: it is lit evenly, so that every part can be read.
-    float diagram = view.beam.w;
-    open = mix(open, 1.0, 0.7 * diagram);
-
-    vec3 light = view.sun.xyz;
-    float wrap = m.wrap;
-    float facing = dot(s.normal, light);
-    float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
-    float caustic = 1.0;
-    if (HIGH != 0u && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
-    vec3 sun = view.sun_color.rgb * sea;
-    vec3 ground = vec3(0.62, 0.52, 0.38);
-
-    // What shines through is not thrown back.
-    float thin = m.translucency * exp(-2.0 * s.tissue_cm);
-    vec3 result = albedo * sun * (lambert * caustic * mix(open, 1.0, 0.25) * (1.0 - 0.4 * thin));
-    result += albedo * ambient_light(s.normal, sea, ground) * open;
-
-    // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of
-    // the bright window above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle
-    // looks past it. What comes through has crossed the tissue and has more of its colour.
-    vec3 sight = -to_eye;
-    float toward = 0.5 + 0.5 * dot(sight, normalize(light + s.normal * 0.3));
-    toward *= toward * toward;
-    float upward = 0.5 + 0.5 * sight.y;
-    float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
-    vec3 tint = albedo * sqrt(albedo / peak);
-    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1)
-        + view.ambient.rgb * sea * (3.0 * upward * upward);
-    result += tint * through * (thin * open);
-
-    // A rim of the water that is behind it.
-    vec3 water = view.scattered.rgb * sea * from_above(sight) * toward_sun(sight);
+    open = mix(open, 1.0, 0.7 * view.beam.w);
     float rim = s.grazing * s.grazing;
     rim *= foot ? rim : 1.3;
-    result += water * (rim * (1.0 - diagram) * m.rim * open);
-    result += albedo * (m.glow * tip);
-    return result;
+    return lit_tissue(m, albedo, s.normal, s.tissue_cm, open, rim, m.glow * tip, 0.0, p);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * reef_sim.h — the contract between the Reef host and a simulation plugin, version 0.1.
+ * reef_sim.h — the contract between the Reef host and a simulation plugin, version 0.2.
  *
  * A plugin is a dynamic library with one exported data symbol, `reef_sim_entry`. The host reads magic, version and
  * header hash from it before it runs any of the library's code, then calls open(), reads the descriptors, makes
@@ -42,10 +42,10 @@ extern "C" {
 /* "REEFSIM\0", read as a little-endian integer. */
 #define REEF_MAGIC UINT64_C(0x004d495346454552)
 #define REEF_VERSION_MAJOR 0u
-#define REEF_VERSION_MINOR 1u
+#define REEF_VERSION_MINOR 2u
 #define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0xcfc09bc2261c0fbd)
+#define REEF_HEADER_HASH UINT64_C(0x0d3212f250b54ff6)
 
 #if defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
@@ -86,18 +86,16 @@ extern "C" {
 #define REEF_STREAM_MATERIAL 2u    /* reef_material, retained */
 #define REEF_STREAM_FIBRE 3u       /* reef_fibre: a node chain with radii */
 #define REEF_STREAM_FIBRE_NODE 4u  /* reef_fibre_node */
-#define REEF_STREAM_SKINNED 5u     /* reef_skinned: a mesh uploaded once, moved by joints or points */
+#define REEF_STREAM_SKINNED 5u     /* reef_skinned: a mesh uploaded once, moved by joints */
 #define REEF_STREAM_JOINT 6u       /* reef_joint */
-#define REEF_STREAM_POINT 7u       /* reef_point */
-#define REEF_STREAM_BILLBOARD 8u   /* reef_billboard */
-#define REEF_STREAM_MESH 9u        /* reef_mesh_draw: vertices made anew */
-#define REEF_STREAM_MESH_VERTEX 10u /* reef_mesh_vertex */
-#define REEF_STREAM_MESH_INDEX 11u /* uint32_t, three a triangle, relative to first_vertex */
-#define REEF_STREAM_FLOW 12u       /* reef_flow: what this instance does to the water, felt in the next step */
-#define REEF_STREAM_ACTOR 13u      /* reef_actor: what others may perceive, follow, avoid, pick, in the next step */
-#define REEF_STREAM_DEBUG_LINE 14u /* reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG */
-#define REEF_STREAM_TRACE 15u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
-#define REEF_STREAM_COUNT 16u
+#define REEF_STREAM_MESH_DRAW 7u   /* reef_mesh_draw: a mesh uploaded once, with vertices made anew */
+#define REEF_STREAM_DRAW_VERTEX 8u /* reef_draw_vertex */
+#define REEF_STREAM_BILLBOARD 9u   /* reef_billboard */
+#define REEF_STREAM_FLOW 10u       /* reef_flow: what this instance does to the water, felt in the next step */
+#define REEF_STREAM_ACTOR 11u      /* reef_actor: what others may perceive, follow, avoid, pick, in the next step */
+#define REEF_STREAM_DEBUG_LINE 12u /* reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG */
+#define REEF_STREAM_TRACE 13u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
+#define REEF_STREAM_COUNT 14u
 
 /* Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped). */
 #define REEF_FLAG_NO_BLEND 1u
@@ -157,30 +155,38 @@ typedef struct reef_fibre_node {
   float radius;         /* [m] > 0 */
 } reef_fibre_node;
 
-/* A mesh that was uploaded once (reef_host.mesh_create). 64 bytes. */
-typedef struct reef_skinned {
-  uint32_t object;
-  uint32_t mesh;        /* id from mesh_create */
-  uint32_t material;
-  uint32_t flags;
-  uint32_t first_joint; /* joints move vertices by up to four weights ... */
-  uint32_t joint_count;
-  uint32_t first_point; /* ... or points do (a fish of springs): one of the two counts is 0 */
-  uint32_t point_count;
-  uint32_t variation;
-  uint32_t spare[7];
-} reef_skinned;
-
+/* Where a joint stands: x in the joint's own frame is translation + scale * rotate(rotation, x). 32 bytes.
+ * Joints are rigid frames, one a section, rather than points. A body of seven sections is 224 bytes a step, its corners as points
+ * would be 368, and a frame turns normals without a rule of its own. */
 typedef struct reef_joint {
   float rotation[4];    /* unit quaternion x, y, z, w */
-  float translation[3]; /* [m] relative to the object's origin */
-  float scale;
+  float translation[3]; /* [m] relative to the object's origin; of a mesh at rest: in the mesh's space */
+  float scale;          /* > 0 */
 } reef_joint;
 
-typedef struct reef_point {
-  float position[3];    /* [m] relative to the object's origin */
-  uint32_t spare;
-} reef_point;
+/* An instance of a mesh that was uploaded once (reef_host.mesh_create), moved by joints. 64 bytes.
+ * T_j = joint_j * inverse(rest_j) moves a vertex v at rest, weight w_j:
+ *   linear  p = sum w_j T_j(v), n = unit(sum w_j s_j R_j n): cheap, thinner where joints twist
+ *   dual    REEF_MESH_DUAL: the T_j as unit dual quaternions, turned to the first one's side, summed with w_j, made unit again; their
+ *           scales are blended beside them and applied first. Twists keep their thickness.
+ * One joint moves any mesh as a whole: T = joint_0, and `rest` is not read. So what is far costs one joint.
+ * Between two steps joints are blended one by one: translation and scale along a line, rotation along the shorter arc. The element of
+ * the step before is the one with the same number among the elements of the object with the same id; where that has another mesh or
+ * another joint_count, or with REEF_FLAG_NO_BLEND, nothing is blended. Elements may share joints. */
+typedef struct reef_skinned {
+  uint32_t object;      /* index into the object stream */
+  uint32_t mesh;        /* id from mesh_create */
+  uint32_t material;    /* index into the material stream; along a mesh "root to tip" is uv[1], "around" is uv[0] */
+  uint32_t flags;       /* REEF_FLAG_* */
+  uint32_t first_joint; /* index into the joint stream */
+  uint32_t joint_count; /* the mesh's own number, or 1 */
+  float scale;          /* > 0: the mesh at rest is so many times as large */
+  float phase;          /* patterns are moved on by it: bands and stripes by that share of their period, 0..1 */
+  float hue;            /* [rad] turns the colours' hue, -pi..pi */
+  float value;          /* colours * (1 + value), -1..4 */
+  float fade;           /* 0: there .. 1: gone; between, a share of the pixels */
+  uint32_t spare[5];
+} reef_skinned;
 
 /* A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone: sprites have no
  * identity, and a step emits those that may be seen, in any order that is the same for every run. 64 bytes. */
@@ -199,22 +205,30 @@ typedef struct reef_billboard {
   uint32_t flags;       /* REEF_FLAG_*, REEF_BILLBOARD_* */
 } reef_billboard;
 
+/* An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour and glow, the stream
+ * positions, normals and thickness. 48 bytes.
+ * No two elements share a vertex. Identity from step to step is as for reef_skinned: the same
+ * mesh and number within the object with the same id; then positions, normals and thickness are blended vertex by vertex. */
 typedef struct reef_mesh_draw {
   uint32_t object;
+  uint32_t mesh;        /* id from mesh_create */
   uint32_t material;
-  uint32_t flags;
-  uint32_t first_vertex;
-  uint32_t vertex_count;
-  uint32_t first_index;
-  uint32_t index_count;
-  uint32_t spare[5];
+  uint32_t flags;       /* REEF_FLAG_* */
+  uint32_t first_vertex;/* index into the draw vertex stream */
+  uint32_t vertex_count;/* the mesh's own number */
+  float phase;          /* as in reef_skinned */
+  float hue;
+  float value;
+  float fade;
+  uint32_t spare[2];
 } reef_mesh_draw;
 
-typedef struct reef_mesh_vertex {
+/* 20 bytes. */
+typedef struct reef_draw_vertex {
   float position[3];    /* [m] relative to the object's origin */
-  float normal[3];
-  float uv[2];
-} reef_mesh_vertex;
+  uint32_t normal;      /* as in reef_mesh_vertex */
+  float thickness;      /* [m] >= 0 */
+} reef_draw_vertex;
 
 /* One primitive of the sea's flow field. V(p) = sum of all; shelters then multiply. 128 bytes.
  * Local kinds (Aliaga & Larboulette 2009, eq. 2-4), d = |p - C|:
@@ -397,17 +411,51 @@ typedef struct reef_flow_query {
   uint32_t spare;
 } reef_flow_query;
 
-/* A mesh at rest; weights sum to 1. 72 bytes. */
+/* A vertex of a mesh at rest. 40 bytes.
+ * normal: a unit vector (x, y, z) on an octahedron. d = |x| + |y| + |z|; (a, b) = (x, y) / d, and where z < 0 it is
+ * ((1 - |y| / d) * sign(x), (1 - |x| / d) * sign(y)) with sign(0) = 1. The low 16 bits are round(32767 a) as a two's complement, the high
+ * ones round(32767 b). Every value is a unit vector. */
+typedef struct reef_mesh_vertex {
+  float position[3];    /* [m] */
+  uint32_t normal;
+  float uv[2];          /* u around, v from root (0) to tip (1), -100..100; textures lie over 0..1 */
+  float thickness;      /* [m] >= 0: tissue that light crosses, for materials with translucency */
+  float glow;           /* >= 0, multiplies the material's */
+  uint32_t color;       /* sRGB 0xAABBGGRR, multiplies the material's colours; AA: its opacity */
+  uint32_t spare;
+} reef_mesh_vertex;
+
+/* A level of detail: triangles among some of the mesh's vertices. Levels may share vertices; a step's work grows with
+ * vertex_count, so a coarser level's best come first in the mesh. The finer of two levels is chosen where `error` of the coarser one
+ * would show; between, a growing share of the pixels is the other's. 32 bytes. */
+typedef struct reef_mesh_level {
+  uint32_t first_index;
+  uint32_t index_count; /* a multiple of 3, > 0 */
+  uint32_t first_vertex;/* the triangles' corners lie among the vertices from here on ... */
+  uint32_t vertex_count;/* ... which are so many */
+  float error;          /* [m] farthest from level 0 at rest; 0 for level 0, growing from level to level */
+  uint32_t influences;  /* 0, 1, 2, 4 or 8, not above the mesh's: the greatest so many of each vertex, made to sum to 1 */
+  uint32_t spare[2];
+} reef_mesh_level;
+
+/* A mesh at rest: read during mesh_create alone. 88 bytes. */
+#define REEF_MESH_DUAL 256u      /* flags: joints are blended as dual quaternions; else linearly */
+#define REEF_MESH_TWO_SIDED 512u /* flags: seen, and lit, from both sides; else only from where its triangles are counter-clockwise */
 typedef struct reef_mesh {
+  const char *name;             /* [opt] for messages */
   const reef_mesh_vertex *vertices;
-  const uint32_t *indices;   /* three a triangle */
-  const uint32_t *influences;/* [opt] four joint or point indices a vertex */
-  const float *weights;      /* [opt] four a vertex */
-  uint32_t vertex_count;
-  uint32_t index_count;
-  uint32_t influence_count;  /* joints or points that the mesh knows */
-  uint32_t spare[5];
-  const char *name;
+  const uint32_t *indices;      /* into the mesh's vertices, three a triangle */
+  const reef_mesh_level *levels;/* the finest first */
+  const reef_joint *rest;       /* [opt] where the joints stand at rest */
+  const uint32_t *joints;       /* [opt] `influences` joints a vertex, vertex after vertex */
+  const float *weights;         /* [opt] as many: 0..1, those of a vertex sum to 1 within 0.001 */
+  uint32_t vertex_count;        /* 1..2^20 */
+  uint32_t index_count;         /* 3..2^22 */
+  uint32_t level_count;         /* 1..8 */
+  uint32_t joint_count;         /* 0..256; 0: for mesh draws, or one joint that moves all */
+  uint32_t influences;          /* 0 (without joints), 1, 2, 4 or 8 */
+  uint32_t flags;               /* REEF_MESH_* */
+  uint32_t spare[2];
 } reef_mesh;
 
 /* A picture: red, green, blue, alpha, 8 bits each. 40 bytes. */
@@ -441,12 +489,13 @@ typedef struct reef_host {
   int32_t (*scratch)(void *ctx, uint64_t bytes, uint64_t align, void **out);
   /* [step] [job] */
   int32_t (*sample_flow)(void *ctx, const reef_flow_query *query);
-  /* [control] [step]; what an instance made goes with it. 0.1: REEF_UNSUPPORTED */
+  /* A mesh that elements name by its id, as long as it is there. What is made again while it is there (the same name and content)
+   * is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the order of making, and never
+   * used for anything else. Reset, load_state and a discarded step leave it; what an instance made goes with it; not in open().
+   * [control] [step] */
   int32_t (*mesh_create)(void *ctx, const reef_mesh *mesh, uint32_t *out_id);
   int32_t (*mesh_destroy)(void *ctx, uint32_t id);
-  /* A picture that elements name by its id, as long as it is there. What is made again while it is there (the same name,
-   * format, size and texels) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the
-   * order of making, and never used for anything else. What an instance made goes with it; not in open(). [control] [step] */
+  /* A picture that elements name by its id, as for meshes: the same name, format, size and texels are the same. [control] [step] */
   int32_t (*texture_create)(void *ctx, const reef_texture *texture, uint32_t *out_id);
   int32_t (*texture_destroy)(void *ctx, uint32_t id);
   /* A figure for people who look at the module in the panel: what a step saved, how many things are awake. The last value of
@@ -569,10 +618,9 @@ REEF_ASSERT_LAYOUT(reef_fibre, 64, 4);
 REEF_ASSERT_LAYOUT(reef_fibre_node, 16, 4);
 REEF_ASSERT_LAYOUT(reef_skinned, 64, 4);
 REEF_ASSERT_LAYOUT(reef_joint, 32, 4);
-REEF_ASSERT_LAYOUT(reef_point, 16, 4);
 REEF_ASSERT_LAYOUT(reef_billboard, 64, 4);
 REEF_ASSERT_LAYOUT(reef_mesh_draw, 48, 4);
-REEF_ASSERT_LAYOUT(reef_mesh_vertex, 32, 4);
+REEF_ASSERT_LAYOUT(reef_draw_vertex, 20, 4);
 REEF_ASSERT_LAYOUT(reef_flow, 128, 8);
 REEF_ASSERT_LAYOUT(reef_actor, 104, 8);
 REEF_ASSERT_LAYOUT(reef_debug_line, 48, 8);
@@ -586,7 +634,9 @@ REEF_ASSERT_LAYOUT(reef_event, 64, 8);
 REEF_ASSERT_LAYOUT(reef_step, 128, 8);
 REEF_ASSERT_LAYOUT(reef_output, 32, 8);
 REEF_ASSERT_LAYOUT(reef_flow_query, 88, 8);
-REEF_ASSERT_LAYOUT(reef_mesh, 72, 8);
+REEF_ASSERT_LAYOUT(reef_mesh_vertex, 40, 4);
+REEF_ASSERT_LAYOUT(reef_mesh_level, 32, 4);
+REEF_ASSERT_LAYOUT(reef_mesh, 88, 8);
 REEF_ASSERT_LAYOUT(reef_texture, 40, 8);
 REEF_ASSERT_LAYOUT(reef_host, 112, 8);
 REEF_ASSERT_LAYOUT(reef_param, 104, 8);

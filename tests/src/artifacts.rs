@@ -23,7 +23,7 @@ pub struct Artifacts {
 }
 
 /// The packages that tests use besides Reef's own plugins.
-const PACKAGES: [&str; 2] = ["reef", "reef-fixture-faulty"];
+const PACKAGES: [&str; 3] = ["reef", "reef-fixture-faulty", "reef-fixture-meshes"];
 
 /// The workspace's folder.
 pub fn workspace() -> &'static Path {

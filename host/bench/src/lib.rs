@@ -7,6 +7,7 @@ pub mod churn;
 mod contract;
 mod fibre;
 pub mod measure;
+mod meshes;
 pub mod reload;
 mod render;
 pub mod report;
@@ -53,6 +54,11 @@ const BENCHES: &[Bench] = &[
         name: "fibre",
         about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
         run: fibre::run,
+    },
+    Bench {
+        name: "meshes",
+        about: "what plants, bodies and bells add to a frame, with and without levels of detail",
+        run: meshes::run,
     },
     Bench {
         name: "reload",

@@ -152,28 +152,51 @@ fn ids(subject: &Subject) -> Outcome {
 
 fn bounds(subject: &Subject) -> Outcome {
     each(subject, |outputs| {
-        first("fibre", &outputs.fibres, |fibre| {
-            let object = outputs.objects.get(fibre.object as usize)?;
-            let (from, count) = (fibre.first_node as usize, fibre.node_count as usize);
-            let nodes = outputs.fibre_nodes.get(from..from + count)?;
-            nodes.iter().enumerate().find_map(|(at, node)| {
-                let squared: f32 = node
-                    .position
-                    .iter()
-                    .zip(object.bounds_center)
-                    .map(|(p, c)| (p - c) * (p - c))
-                    .sum();
-                // A thousandth for rounding.
-                let outside = squared.sqrt() > object.bounds_radius * 1.001 + 1e-4;
-                outside.then(|| {
-                    format!(
-                        "its node {at} is {:.4} m from the middle of the bounds of object {}, whose radius is {:.4} m",
-                        squared.sqrt(),
-                        object.id,
-                        object.bounds_radius
-                    )
-                })
+        let of_fibres = || {
+            first("fibre", &outputs.fibres, |fibre| {
+                let nodes = part(&outputs.fibre_nodes, fibre.first_node, fibre.node_count)?;
+                outside(outputs, fibre.object, "node", nodes.iter().map(|node| node.position))
             })
+        };
+        let of_joints = || {
+            first("skinned", &outputs.skinned, |mesh| {
+                let joints = part(&outputs.joints, mesh.first_joint, mesh.joint_count)?;
+                outside(outputs, mesh.object, "joint", joints.iter().map(|joint| joint.translation))
+            })
+        };
+        let of_draws = || {
+            first("mesh draw", &outputs.mesh_draws, |draw| {
+                let vertices = part(&outputs.draw_vertices, draw.first_vertex, draw.vertex_count)?;
+                outside(outputs, draw.object, "vertex", vertices.iter().map(|vertex| vertex.position))
+            })
+        };
+        of_fibres().or_else(of_joints).or_else(of_draws)
+    })
+}
+
+fn part<T>(elements: &[T], first: u32, count: u32) -> Option<&[T]> {
+    elements.get(first as usize..)?.get(..count as usize)
+}
+
+/// The first of an element's places that is outside of its object's bounds.
+fn outside(
+    outputs: &Outputs,
+    object: u32,
+    what: &str,
+    places: impl Iterator<Item = [f32; 3]>,
+) -> Option<String> {
+    let object = outputs.objects.get(object as usize)?;
+    places.enumerate().find_map(|(at, place)| {
+        let squared: f32 = place.iter().zip(object.bounds_center).map(|(p, c)| (p - c) * (p - c)).sum();
+        // A thousandth for rounding.
+        let outside = squared.sqrt() > object.bounds_radius * 1.001 + 1e-4;
+        outside.then(|| {
+            format!(
+                "its {what} {at} is {:.4} m from the middle of the bounds of object {}, whose radius is {:.4} m",
+                squared.sqrt(),
+                object.id,
+                object.bounds_radius
+            )
         })
     })
 }

@@ -1,7 +1,7 @@
 //! What the host lends, and what a plugin must not get elsewhere.
 
 use reef_plugin::bare::{calls::misplaced, imports::Kind};
-use reef_streams::textures::Refused;
+use reef_streams::retained::Refused;
 
 use super::{
     sea::Sea,
@@ -79,6 +79,30 @@ pub(super) const CHECKS: &[Check] = &[
         of: Of::Plugin,
         run: there,
     },
+    Check {
+        name: "services-mesh",
+        about: "Meshes are sound: their sizes, indices, levels, joints and weights.",
+        rule: Header("those of a vertex sum to 1 within 0.001"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: mesh_fit,
+    },
+    Check {
+        name: "services-meshes",
+        about: "There are never more meshes than the host keeps.",
+        rule: Guide("At most 256 meshes of 2^22 vertices in all for an instance"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: mesh_few,
+    },
+    Check {
+        name: "services-mesh-there",
+        about: "Only meshes that are there are destroyed.",
+        rule: Header("is the same, with the same id, and stays until it was destroyed as often."),
+        needs: FULL,
+        of: Of::Plugin,
+        run: mesh_there,
+    },
 ];
 
 fn scratch(subject: &Subject) -> Outcome {
@@ -143,8 +167,8 @@ fn inexact(subject: &Subject) -> Outcome {
     Ok(None)
 }
 
-/// What the host refused of textures, in the life of an instance that was reset and took up a state on the way.
-fn refused(subject: &Subject) -> Result<Refused, Not> {
+/// What the host refused of textures and of meshes, in the life of an instance that was reset and took up a state on the way.
+fn refused(subject: &Subject) -> Result<[Refused; 2], Not> {
     let (_plugin, mut instance) = subject.fresh()?;
     let sea = Sea::full();
     run(&mut instance, &sea, 0..60)?;
@@ -159,6 +183,16 @@ fn refused(subject: &Subject) -> Result<Refused, Not> {
     Ok(instance.destroy_and_tell()?)
 }
 
+fn textures(subject: &Subject) -> Result<Refused, Not> {
+    let [textures, _] = refused(subject)?;
+    Ok(textures)
+}
+
+fn meshes(subject: &Subject) -> Result<Refused, Not> {
+    let [_, meshes] = refused(subject)?;
+    Ok(meshes)
+}
+
 fn never(service: &str, reason: Option<String>) -> Outcome {
     match reason {
         Some(reason) => broken!("{service} refused: {reason}"),
@@ -167,13 +201,25 @@ fn never(service: &str, reason: Option<String>) -> Outcome {
 }
 
 fn fit(subject: &Subject) -> Outcome {
-    never("texture_create", refused(subject)?.unfit)
+    never("texture_create", textures(subject)?.unfit)
 }
 
 fn few(subject: &Subject) -> Outcome {
-    never("texture_create", refused(subject)?.too_many)
+    never("texture_create", textures(subject)?.too_many)
 }
 
 fn there(subject: &Subject) -> Outcome {
-    never("texture_destroy", refused(subject)?.missing)
+    never("texture_destroy", textures(subject)?.missing)
+}
+
+fn mesh_fit(subject: &Subject) -> Outcome {
+    never("mesh_create", meshes(subject)?.unfit)
+}
+
+fn mesh_few(subject: &Subject) -> Outcome {
+    never("mesh_create", meshes(subject)?.too_many)
+}
+
+fn mesh_there(subject: &Subject) -> Outcome {
+    never("mesh_destroy", meshes(subject)?.missing)
 }

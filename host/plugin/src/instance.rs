@@ -292,7 +292,7 @@ impl Instance {
             let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
             let checked = services
                 .scratch_is_whole()
-                .and_then(|()| recorder.finish(flags, services.textures(), &share));
+                .and_then(|()| recorder.finish(flags, (services.textures(), services.meshes()), &share));
             (status, [code, returned.elapsed()], checked)
         };
         let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);

@@ -42,7 +42,7 @@ mod scratch;
 mod services;
 mod tag;
 
-use reef_streams::{self as streams, textures};
+use reef_streams::{self as streams, meshes, retained, textures};
 
 pub use error::{PluginError, Refusal};
 pub use guard::{Limits, offer_patience, set_limits};

@@ -13,6 +13,7 @@ use reef_abi as abi;
 
 use super::{
     guard, marker,
+    meshes::MeshList,
     names::version_text,
     streams::{Lane, Outputs, Retained, STREAMS, Stream, check},
     tag::Tag,
@@ -137,11 +138,11 @@ impl Recorder {
     }
 
     /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
-    /// `textures`: those that the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
+    /// `made`: what the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
     pub(crate) fn finish(
         &mut self,
         flags: u32,
-        textures: TextureList,
+        made: (TextureList, MeshList),
         share: check::Share<'_>,
     ) -> Result<(), String> {
         if let Some(message) = &self.refused {
@@ -160,7 +161,7 @@ impl Recorder {
             }
         }
         self.retained.finish(committed, &self.current, staging);
-        staging.textures = textures;
+        (staging.textures, staging.meshes) = made;
         self.checker.check(staging, share)?;
         if let Some(finished) = self.staging.take() {
             if self.spare.len() >= SPARE {

@@ -5,7 +5,7 @@ use std::{
     ffi::{c_char, c_void},
     slice,
     sync::{
-        Arc, Mutex, PoisonError, RwLock,
+        Arc, Mutex, MutexGuard, PoisonError, RwLock,
         atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, AtomicUsize, Ordering},
     },
 };
@@ -18,11 +18,12 @@ use super::{
     guard::{self, Fate},
     input::StepInput,
     marker::{self, Place},
-    names::version_text,
+    meshes::{self, MeshList, Meshes},
     pool::{self, Pool},
+    retained::{self, Refused, Retained, Store},
     scratch::{LIMIT, Scratch},
     tag::Tag,
-    textures::{Refused, TextureList, Textures, Wanted},
+    textures::{TextureList, Textures, Wanted},
 };
 
 /// Longest message that is kept [bytes].
@@ -64,7 +65,14 @@ pub(crate) struct Services {
     /// One a worker.
     packed: Vec<Mutex<Packed>>,
     /// None: a library's `open`, which owns nothing.
-    textures: Option<Mutex<Textures>>,
+    made: Option<Made>,
+}
+
+/// What an instance made.
+#[derive(Debug, Default)]
+struct Made {
+    textures: Mutex<Textures>,
+    meshes: Mutex<Meshes>,
 }
 
 #[derive(Debug, Default)]
@@ -86,10 +94,10 @@ impl Services {
 
     /// Services for an instance of the plugin with this name.
     pub(crate) fn of_instance(generation: &Generation, plugin: &str) -> Box<Self> {
-        Self::with(generation, plugin, Some(Mutex::default()))
+        Self::with(generation, plugin, Some(Made::default()))
     }
 
-    fn with(generation: &Generation, plugin: &str, textures: Option<Mutex<Textures>>) -> Box<Self> {
+    fn with(generation: &Generation, plugin: &str, made: Option<Made>) -> Box<Self> {
         let workers = generation.workers();
         let mut services = Box::new(Self {
             table: abi::Host {
@@ -124,7 +132,7 @@ impl Services {
             simd_level: AtomicU32::new(0),
             field: RwLock::default(),
             packed: (0..workers).map(|_| Mutex::default()).collect(),
-            textures,
+            made,
         });
         services.table.ctx = (&raw const *services).cast_mut().cast();
         services.tag.set();
@@ -171,14 +179,22 @@ impl Services {
 
     /// The textures that there are now.
     pub(crate) fn textures(&self) -> TextureList {
-        let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
-        textures.map_or_else(TextureList::default, |own| own.list().clone())
+        self.made.as_ref().map_or_else(TextureList::default, |made| list(&made.textures))
+    }
+
+    /// The meshes that there are now.
+    pub(crate) fn meshes(&self) -> MeshList {
+        self.made.as_ref().map_or_else(MeshList::default, |made| list(&made.meshes))
+    }
+
+    /// What was refused of the instance's meshes so far.
+    pub(super) fn refused_meshes(&self) -> Refused {
+        self.made.as_ref().map_or_else(Refused::default, |made| lock(&made.meshes).refused.clone())
     }
 
     /// What was refused of the instance's textures so far.
     pub(super) fn refused_textures(&self) -> Refused {
-        let textures = self.textures.as_ref().map(|own| own.lock().unwrap_or_else(PoisonError::into_inner));
-        textures.map_or_else(Refused::default, |own| own.refused.clone())
+        self.made.as_ref().map_or_else(Refused::default, |made| lock(&made.textures).refused.clone())
     }
 
     /// Did the step write behind what it was lent?
@@ -208,6 +224,42 @@ impl Services {
             // SAFETY: the contract's pointer and length, which were just touched.
             service(unsafe { text(message, length) });
         });
+    }
+
+    /// Why something was refused, which is remembered where it is the plugin's fault.
+    fn refuse<T>(&self, store: Option<&Mutex<Store<T>>>, call: &str, status: i32, reason: &str) -> i32 {
+        if let (abi::BAD_INPUT, Some(store)) = (status, store) {
+            lock(store).refused.unfit.get_or_insert_with(|| reason.to_owned());
+        }
+        self.fail(status, format!("{call}: {reason}"))
+    }
+
+    /// Whether an instance may make or destroy something in this call.
+    fn may_make<'a, T>(
+        &'a self,
+        store: Option<&'a Mutex<Store<T>>>,
+    ) -> Result<&'a Mutex<Store<T>>, &'static str> {
+        let store = store.ok_or("it belongs to an instance: not in open()")?;
+        if !self.on_a_thread_of_ours() || marker::current_job().is_some() {
+            return Err("only on the control thread, and not in a job");
+        }
+        Ok(store)
+    }
+
+    /// Forgets something that an instance made.
+    fn destroy<T: Retained>(&self, store: Option<&Mutex<Store<T>>>, call: &str, id: u32) -> i32 {
+        let store = match self.may_make(store) {
+            Ok(store) => store,
+            Err(reason) => return self.fail(abi::BAD_INPUT, format!("{call}: {reason}")),
+        };
+        guard::require_stack();
+        marker::in_service(self.fate.generation(), || {
+            let removed = lock(store).remove(id);
+            match removed {
+                Ok(()) => abi::OK,
+                Err(reason) => self.fail(abi::BAD_INPUT, format!("{call}: {reason}")),
+            }
+        })
     }
 
     fn on_a_thread_of_ours(&self) -> bool {
@@ -265,6 +317,14 @@ impl Services {
             stepped.ready = true;
         }
     }
+}
+
+fn lock<T>(store: &Mutex<T>) -> MutexGuard<'_, T> {
+    store.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn list<T: Retained>(store: &Mutex<Store<T>>) -> retained::List<T> {
+    lock(store).list().clone()
 }
 
 /// The services behind a context; None for NULL.
@@ -437,52 +497,113 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
     marker::in_service(services.fate.generation(), || services.sample(&query))
 }
 
-/// # Safety
-/// As [`services`].
-unsafe fn unsupported(ctx: *mut c_void, what: &'static str) -> i32 {
-    // SAFETY: the caller's promise.
-    match unsafe { services(ctx, what) } {
-        Some(services) => {
-            let version = version_text(abi::VERSION);
-            services
-                .fail(abi::UNSUPPORTED, format!("{what}: this host (reef_sim.h {version}) does not offer it"))
+/// Looks at a mesh that a plugin wants, touches all that it points to, and takes it over.
+unsafe extern "C" fn mesh_create(ctx: *mut c_void, mesh: *const abi::Mesh, out: *mut u32) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx, "mesh_create") }) else { return abi::BAD_INPUT };
+    let store = services.made.as_ref().map(|made| &made.meshes);
+    let refuse = |status: i32, reason: &str| services.refuse(store, "mesh_create", status, reason);
+    if mesh.is_null() || !mesh.is_aligned() || out.is_null() || !out.is_aligned() {
+        return refuse(abi::BAD_INPUT, "the mesh or its id's place is NULL or misaligned");
+    }
+    let meshes = match services.may_make(store) {
+        Ok(meshes) => meshes,
+        Err(reason) => return refuse(abi::BAD_INPUT, reason),
+    };
+    guard::require_stack();
+    // SAFETY: checked above; it lives during the call.
+    let mesh = unsafe { *mesh };
+    // SAFETY: a plugin's word; if it lied, the guard around its call takes the fault.
+    let name = unsafe { short_name(mesh.name) };
+    let unfit = |reason: &str| refuse(abi::BAD_INPUT, &format!("`{name}`: {reason}"));
+    let sizes = meshes::Sizes {
+        vertices: mesh.vertex_count,
+        indices: mesh.index_count,
+        levels: mesh.level_count,
+        joints: mesh.joint_count,
+        influences: mesh.influences,
+    };
+    if let Err(reason) = sizes.check() {
+        return unfit(&reason);
+    }
+    if mesh.spare != [0; 2] {
+        return unfit("spare is not zero");
+    }
+    let bones = mesh.vertex_count as usize * mesh.influences as usize;
+    // SAFETY: the contract's arrays of as many elements; each is touched before it becomes a slice.
+    let arrays = unsafe {
+        array(mesh.vertices, mesh.vertex_count as usize, "vertices").and_then(|vertices| {
+            Ok(meshes::Wanted {
+                name: &name,
+                vertices,
+                indices: array(mesh.indices, mesh.index_count as usize, "indices")?,
+                levels: array(mesh.levels, mesh.level_count as usize, "levels")?,
+                rest: array(mesh.rest, mesh.joint_count as usize, "rest")?,
+                influences: mesh.influences,
+                joints: array(mesh.joints, bones, "joints")?,
+                weights: array(mesh.weights, bones, "weights")?,
+                flags: mesh.flags,
+            })
+        })
+    };
+    let wanted = match arrays {
+        Ok(wanted) => wanted,
+        Err(reason) => return unfit(&reason),
+    };
+    guard::probe_write(out.cast(), size_of::<u32>());
+    marker::in_service(services.fate.generation(), || {
+        let made = lock(meshes).add(wanted);
+        match made {
+            Ok(Ok(id)) => {
+                // SAFETY: checked and touched above.
+                unsafe { out.write(id) };
+                abi::OK
+            }
+            Ok(Err(reason)) => refuse(abi::NO_SPACE, &reason),
+            Err(reason) => unfit(&reason),
         }
-        None => abi::BAD_INPUT,
+    })
+}
+
+/// A plugin's array, touched from end to end; empty where it has no elements.
+///
+/// # Safety
+/// A pointer that is neither NULL nor misaligned is the contract's, to `count` elements that live for `'a`.
+unsafe fn array<'a, T: bytemuck::Pod>(
+    pointer: *const T,
+    count: usize,
+    what: &str,
+) -> Result<&'a [T], String> {
+    match count {
+        0 => Ok(&[]),
+        _ if pointer.is_null() || !pointer.is_aligned() => Err(format!("{what} are NULL or misaligned")),
+        _ => {
+            guard::probe_read(pointer.cast(), count * size_of::<T>());
+            // SAFETY: the caller's promise.
+            Ok(unsafe { slice::from_raw_parts(pointer, count) })
+        }
     }
 }
 
-unsafe extern "C" fn mesh_create(ctx: *mut c_void, _: *const abi::Mesh, _: *mut u32) -> i32 {
+unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
-    unsafe { unsupported(ctx, "mesh_create") }
-}
-
-unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, _: u32) -> i32 {
-    // SAFETY: the contract's pointer.
-    unsafe { unsupported(ctx, "mesh_destroy") }
+    let Some(services) = (unsafe { services(ctx, "mesh_destroy") }) else { return abi::BAD_INPUT };
+    services.destroy(services.made.as_ref().map(|made| &made.meshes), "mesh_destroy", id)
 }
 
 /// Looks at a texture that a plugin wants, touches all that it points to, and takes it over.
 unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
     let Some(services) = (unsafe { services(ctx, "texture_create") }) else { return abi::BAD_INPUT };
-    let refuse = |status: i32, reason: &str| {
-        if status == abi::BAD_INPUT
-            && let Some(textures) = &services.textures
-        {
-            let mut textures = textures.lock().unwrap_or_else(PoisonError::into_inner);
-            textures.refused.unfit.get_or_insert_with(|| reason.to_owned());
-        }
-        services.fail(status, format!("texture_create: {reason}"))
-    };
+    let store = services.made.as_ref().map(|made| &made.textures);
+    let refuse = |status: i32, reason: &str| services.refuse(store, "texture_create", status, reason);
     if texture.is_null() || !texture.is_aligned() || out.is_null() || !out.is_aligned() {
         return refuse(abi::BAD_INPUT, "the texture or its id's place is NULL or misaligned");
     }
-    let Some(textures) = &services.textures else {
-        return refuse(abi::BAD_INPUT, "a texture belongs to an instance: not in open()");
+    let textures = match services.may_make(store) {
+        Ok(textures) => textures,
+        Err(reason) => return refuse(abi::BAD_INPUT, reason),
     };
-    if !services.on_a_thread_of_ours() || marker::current_job().is_some() {
-        return refuse(abi::BAD_INPUT, "only on the control thread, and not in a job");
-    }
     guard::require_stack();
     // SAFETY: checked above; it lives during the call.
     let texture = unsafe { *texture };
@@ -493,44 +614,29 @@ unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Textu
         Ok(bytes) => bytes,
         Err(reason) => return refuse(abi::BAD_INPUT, &reason),
     };
-    let texels = texture.texels.cast::<u8>();
-    if texels.is_null() {
-        return refuse(abi::BAD_INPUT, &format!("`{name}`: its texels are NULL"));
-    }
-    guard::probe_read(texels, bytes);
+    // SAFETY: the contract's texels, as many as the texture's size says.
+    let texels = match unsafe { array(texture.texels.cast::<u8>(), bytes, "its texels") } {
+        Ok(texels) => texels,
+        Err(reason) => return refuse(abi::BAD_INPUT, &format!("`{name}`: {reason}")),
+    };
     guard::probe_write(out.cast(), size_of::<u32>());
     marker::in_service(services.fate.generation(), || {
-        let mut textures = textures.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: as many bytes as the texture's size says, which were just touched.
-        let made = textures.add(wanted, unsafe { slice::from_raw_parts(texels, bytes) });
-        drop(textures);
-        let id = match made {
-            Ok(id) => id,
-            Err(reason) => return refuse(abi::NO_SPACE, &reason),
-        };
-        // SAFETY: checked and touched above.
-        unsafe { out.write(id) };
-        abi::OK
+        let made = lock(textures).add(wanted, texels);
+        match made {
+            Ok(id) => {
+                // SAFETY: checked and touched above.
+                unsafe { out.write(id) };
+                abi::OK
+            }
+            Err(reason) => refuse(abi::NO_SPACE, &reason),
+        }
     })
 }
 
 unsafe extern "C" fn texture_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
     let Some(services) = (unsafe { services(ctx, "texture_destroy") }) else { return abi::BAD_INPUT };
-    let Some(textures) = services.textures.as_ref().filter(|_| {
-        // As for texture_create.
-        services.on_a_thread_of_ours() && marker::current_job().is_none()
-    }) else {
-        let reason = "texture_destroy: only for an instance, on the control thread, and not in a job";
-        return services.fail(abi::BAD_INPUT, reason.into());
-    };
-    guard::require_stack();
-    marker::in_service(services.fate.generation(), || {
-        match textures.lock().unwrap_or_else(PoisonError::into_inner).remove(id) {
-            Ok(()) => abi::OK,
-            Err(reason) => services.fail(abi::BAD_INPUT, format!("texture_destroy: {reason}")),
-        }
-    })
+    services.destroy(services.made.as_ref().map(|made| &made.textures), "texture_destroy", id)
 }
 
 /// A plugin's name for something, cut where it is endless; empty for NULL.

@@ -491,7 +491,7 @@ fn singularities_are_balls_of_their_own_colours_at_any_quality() {
     let metre = Lens::new(&camera, [SIZE.0, SIZE.1], 60.0).pixels_per_metre() / 2.0;
     for quality in [Quality::Low, Quality::High] {
         let without = Settings { quality, ..Settings::default() };
-        let markers = Markers { singularities: true, bounds: false };
+        let markers = Markers { singularities: true, ..Markers::default() };
         let [with, without] = [Settings { markers, ..without }, without]
             .map(|settings| studio.shoot(&shot, &settings).expect("a picture"));
         keep(&format!("markers-{quality:?}"), &with);

@@ -1,9 +1,11 @@
 //! From two steps of the sea to a picture. [`Renderer::record`] is the order of a frame's passes, one file each:
 //!
 //! 1. `fibres` (compute): blend the steps, cull, choose detail, skin;
+//!    `meshes` (compute, draw): the same of meshes, and what of them is solid;
 //! 2. `rocks`, 3. `terrain`: what stands still, the nearer first;
 //! 4. `sky`: the background, where nothing was drawn;
 //! 5. `fibres` (draw): over the background, because their thin tips let it through;
+//!    `meshes` (draw): those that light comes through, from far to near;
 //! 6. `markers`: balls for what has no body, when asked for;
 //! 7. `shafts`: sunlight in the water, at high quality;
 //! 8. `billboards`: what floats in the water, from far to near;
@@ -32,6 +34,7 @@ mod light_tests;
 mod lines;
 pub mod lod;
 pub mod markers;
+pub mod meshes;
 pub mod noise;
 pub mod pictures;
 mod quality;
@@ -72,6 +75,7 @@ use fibres::Fibres;
 use layers::Layers;
 use lod::Thresholds;
 use markers::Markers;
+use meshes::Meshes;
 pub use quality::Quality;
 pub use studio::Studio;
 use view::{Lens, View};
@@ -144,6 +148,7 @@ pub struct Shot<'a> {
 pub struct Renderer {
     gpu: Gpu,
     fibres: Fibres,
+    meshes: Meshes,
     terrain: terrain::Terrain,
     rocks: rocks::Rocks,
     sky: sky::Sky,
@@ -167,6 +172,7 @@ impl Renderer {
         Ok(Self {
             gpu: gpu.clone(),
             fibres: Fibres::new(gpu),
+            meshes: Meshes::new(gpu),
             terrain: terrain::Terrain::new(gpu)?,
             rocks: rocks::Rocks::new(gpu)?,
             sky: sky::Sky::new(gpu),
@@ -237,6 +243,13 @@ impl Renderer {
         let view = frame.upload(&[self.view(environment, &lens, time, settings)])?;
 
         self.fibres.skin(frame, view, &gathered, settings.detail.as_ref(), quality)?;
+        let looked = (&gathered, &lens);
+        self.meshes.skin(frame, view, shot, looked, settings.detail.as_ref(), quality)?;
+        if settings.markers.joints {
+            let joints =
+                self.meshes.lines(shot, &gathered.objects, &lens, (settings.detail.as_ref(), quality));
+            gathered.lines.extend(joints);
+        }
         // The background covers what nothing else does.
         frame
             .pass("clear")
@@ -244,10 +257,12 @@ impl Renderer {
             .depth(targets.depth, gpu::DepthLoad::Clear(0.0))
             .run(|_| Ok(()))?;
         self.fibres.draw_solid(frame, &targets)?;
+        self.meshes.draw_solid(frame, view, &self.layers, &targets)?;
         self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, view, &self.layers, &targets)?;
+        self.meshes.draw_veils(frame, view, &self.layers, &targets)?;
         self.bodies.draw(frame, view, &marked.bodies, quality, &targets)?;
         if let (Some((_, caustics)), true, Quality::High) = (&self.water, settings.shafts, quality) {
             self.shafts.draw(frame, view, environment, (caustics, time), &lens, &targets)?;
@@ -271,6 +286,11 @@ impl Renderer {
     /// The fibre passes, for tests and benches.
     pub fn fibres(&self) -> &Fibres {
         &self.fibres
+    }
+
+    /// The mesh passes, for tests and benches.
+    pub fn meshes(&self) -> &Meshes {
+        &self.meshes
     }
 
     /// The pass of what floats, for tests and benches.

@@ -33,11 +33,15 @@ pub struct Thresholds {
     pub side_error: f32,
     /// A fibre of one colour that is thinner than this [px] is a ribbon that is lit at its rings; 0: none is.
     pub lit_ribbon: f32,
+    /// A coarser level of a mesh is chosen where it errs by less than this [px].
+    pub mesh_error: f32,
+    /// A mesh that is smaller than this is lit at its vertices [px]; 0: none is.
+    pub lit_mesh: f32,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { ring_step: 2.0, side_error: 0.4, lit_ribbon: 0.0 }
+        Self { ring_step: 2.0, side_error: 0.4, lit_ribbon: 0.0, mesh_error: 0.4, lit_mesh: 0.0 }
     }
 }
 
@@ -45,7 +49,9 @@ impl Thresholds {
     /// Those of a quality.
     pub fn of(quality: Quality) -> Self {
         match quality {
-            Quality::Low => Self { ring_step: 4.0, side_error: 0.4, lit_ribbon: 6.0 },
+            Quality::Low => {
+                Self { ring_step: 4.0, side_error: 0.4, lit_ribbon: 6.0, mesh_error: 0.7, lit_mesh: 48.0 }
+            }
             Quality::High => Self::default(),
         }
     }

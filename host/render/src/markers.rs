@@ -48,8 +48,10 @@ const AWAKE: u32 = 0xff20_90f8;
 pub struct Markers {
     /// Sources, holes, whirlwinds and shelters.
     pub singularities: bool,
-    /// Where they end, and the bounding spheres of the objects that have fibres.
+    /// Where they end, and the bounding spheres of the objects that have fibres or meshes.
     pub bounds: bool,
+    /// Joints of meshes, in the colours of their levels of detail.
+    pub joints: bool,
 }
 
 /// `Marker` of `shaders/marker.vert`.
@@ -141,11 +143,14 @@ impl Marked {
     /// does not feel what it emits itself.
     fn bounds(&mut self, frame: &Frame, lens: &Lens) {
         for (module, outputs) in frame.outputs.iter().enumerate() {
-            let mut has_fibres = vec![false; outputs.objects.len()];
-            for fibre in &outputs.fibres {
-                has_fibres[fibre.object as usize] = true;
+            let mut has_body = vec![false; outputs.objects.len()];
+            let fibres = outputs.fibres.iter().map(|fibre| fibre.object);
+            let skinned = outputs.skinned.iter().map(|mesh| mesh.object);
+            let draws = outputs.mesh_draws.iter().map(|mesh| mesh.object);
+            for object in fibres.chain(skinned).chain(draws) {
+                has_body[object as usize] = true;
             }
-            for (object, _) in outputs.objects.iter().zip(has_fibres).filter(|(_, has_fibres)| *has_fibres) {
+            for (object, _) in outputs.objects.iter().zip(has_body).filter(|(_, has_body)| *has_body) {
                 let (center, radius) = bounding_sphere(object);
                 let id = foreign_id(module, object.id);
                 let reached = frame.flow.iter().any(|flow| {
@@ -272,7 +277,7 @@ mod tests {
         Frame { flow: Arc::new(flow), ..sample::frame(1, camera, outputs) }
     }
 
-    const ALL: Markers = Markers { singularities: true, bounds: true };
+    const ALL: Markers = Markers { singularities: true, bounds: true, joints: false };
 
     fn marked(flow: Vec<abi::Flow>) -> Marked {
         let frame = frame(flow, Outputs::default());
@@ -338,7 +343,7 @@ mod tests {
         };
         let source = abi::Flow { reach: 0.3, ..flow(abi::FLOW_SOURCE, 1.0) };
         let frame = frame(vec![source], outputs);
-        let only = Markers { singularities: false, bounds: true };
+        let only = Markers { singularities: false, ..ALL };
         let marked = mark(&frame, &frame, 1.0, &lens(), only);
         let count = |color: u32| marked.lines.iter().filter(|line| line.color == color).count();
         assert_eq!((count(AWAKE), count(ASLEEP)), (SIDES, SIDES), "the third has no fibres");
@@ -350,7 +355,7 @@ mod tests {
         let object = abi::Object { id: 1, bounds_radius: 0.2, ..abi::Object::default() };
         let outputs =
             Outputs { objects: vec![object], fibres: vec![abi::Fibre::default()], ..Outputs::default() };
-        let only = Markers { singularities: false, bounds: true };
+        let only = Markers { singularities: false, ..ALL };
         for (owner, color) in [(foreign_id(0, 1), ASLEEP), (foreign_id(1, 1), AWAKE)] {
             let frame = frame(vec![abi::Flow { owner, ..flow(abi::FLOW_SOURCE, 1.0) }], outputs.clone());
             let marked = mark(&frame, &frame, 1.0, &lens(), only);

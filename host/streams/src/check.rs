@@ -2,8 +2,10 @@
 //! field.
 
 mod elements;
+pub(crate) mod meshes;
 
 use std::{
+    fmt::Display,
     ops::Range,
     sync::atomic::{AtomicBool, AtomicU32, Ordering},
 };
@@ -58,6 +60,12 @@ pub trait Emitted: Element {
 pub struct Fault {
     field: &'static str,
     problem: String,
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.field, self.problem)
+    }
 }
 
 /// Reusable memory of the checks.
@@ -176,9 +184,7 @@ impl Visit for Find<'_> {
                 .iter()
                 .enumerate()
                 .find_map(|(i, element)| Some((i, element.check(self.outputs).err()?)));
-            self.found = wrong.map(|(i, Fault { field, problem })| {
-                format!("stream {name}, element {i}: {field} {problem}")
-            });
+            self.found = wrong.map(|(i, fault)| format!("stream {name}, element {i}: {fault}"));
         }
         if self.found.is_none() && self.unordered & 1 << T::STREAM != 0 {
             self.ids.clear();

@@ -10,6 +10,8 @@ pub mod environment;
 pub mod frame;
 mod glance;
 pub mod identity;
+pub mod meshes;
+pub mod retained;
 mod table;
 pub mod textures;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bytemuck::Pod;
 use reef_abi::{self as abi, Element};
 
-use crate::{Lane, check::Emitted, textures::TextureList};
+use crate::{Lane, check::Emitted, meshes::MeshList, textures::TextureList};
 
 /// One stream of the contract.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +78,8 @@ macro_rules! streams {
             $($(#[$kept_about])* pub $kept: Arc<Vec<$kept_element>>,)+
             /// What the instance had made with `texture_create` at the end of the step.
             pub textures: TextureList,
+            /// What it had made with `mesh_create`.
+            pub meshes: MeshList,
         }
 
         impl Outputs {
@@ -165,6 +167,14 @@ streams! {
         fibres: abi::Fibre, "fibre", 1 << 20, ALWAYS;
         /// Nodes of all chains, relative to their object's origin.
         fibre_nodes: abi::FibreNode, "fibre node", 1 << 24, ALWAYS;
+        /// Meshes that joints move.
+        skinned: abi::Skinned, "skinned", 1 << 20, ALWAYS;
+        /// Joints of all of them, relative to their object's origin.
+        joints: abi::Joint, "joint", 1 << 24, ALWAYS;
+        /// Meshes whose vertices are made anew.
+        mesh_draws: abi::MeshDraw, "mesh draw", 1 << 12, ALWAYS;
+        /// Vertices of all of them, relative to their object's origin.
+        draw_vertices: abi::DrawVertex, "draw vertex", 1 << 23, ALWAYS;
         /// Sprites, relative to their object's origin, in no order that means anything.
         billboards: abi::Billboard, "billboard", 1 << 22, ALWAYS;
         /// What this instance does to the water: everything in the sea pays for it.
@@ -182,14 +192,7 @@ streams! {
         materials: abi::Material, "material", 1 << 12;
     }
     // The contract has them; this host does not take them yet.
-    declared {
-        abi::Skinned, "skinned";
-        abi::Joint, "joint";
-        abi::Point, "point";
-        abi::MeshDraw, "mesh";
-        abi::MeshVertex, "mesh vertex";
-        u32, "mesh index";
-    }
+    declared {}
 }
 
 impl Outputs {

@@ -1,23 +1,18 @@
-//! Textures that instances made. They stay with the instance that made them, in the program's memory: the outputs of each
-//! step carry the list, and a renderer that looks at them brings them to its device. So a sea without a renderer has them,
-//! too, and they go with the last outputs that name them, however the instance ended.
-
-use std::sync::Arc;
+//! Textures that instances made.
 
 use reef_abi as abi;
+
+pub use crate::retained::Refused;
+use crate::retained::{List, Retained, Store, find};
 
 /// Most textures that one instance may have at a time.
 pub const MOST_TEXTURES: usize = 64;
 /// Most texels along a side.
 pub const LONGEST_SIDE: u32 = 1024;
-/// Longest name that is kept [bytes].
-const LONGEST_NAME: usize = 200;
-
 /// One picture, as its instance gave it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
-    /// What elements call it. What is made again while it is there has the same id, so that an instance that takes up a saved
-    /// state, and makes its textures anew for that, emits the same bytes. Never used for anything else.
+    /// What elements call it.
     pub id: u32,
     /// For messages and debuggers.
     pub name: String,
@@ -33,8 +28,29 @@ pub struct Texture {
     pub hash: [u8; 32],
 }
 
+impl Retained for Texture {
+    const WHAT: &'static str = "texture";
+    const MANY: &'static str = "textures";
+    const MOST: usize = MOST_TEXTURES;
+
+    fn id(&self) -> u32 {
+        self.id
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn hash(&self) -> &[u8; 32] {
+        &self.hash
+    }
+}
+
 /// The textures of one instance, in the order of their ids.
-pub type TextureList = Arc<Vec<Arc<Texture>>>;
+pub type TextureList = List<Texture>;
+
+/// The textures that one instance has now.
+pub type Textures = Store<Texture>;
 
 /// What a plugin wants a texture to be, out of the contract's struct.
 #[derive(Clone, Copy, Debug)]
@@ -66,93 +82,29 @@ impl Wanted<'_> {
     }
 }
 
-/// Why textures were refused: the first reason of each kind.
-#[derive(Clone, Debug, Default)]
-pub struct Refused {
-    /// It is none that can be made, or was asked for where none is.
-    pub unfit: Option<String>,
-    /// One more than there may be.
-    pub too_many: Option<String>,
-    /// One was to be destroyed that is not there.
-    pub missing: Option<String>,
-}
-
-/// The textures that one instance has now.
-#[derive(Debug, Default)]
-pub struct Textures {
-    /// What was refused so far.
-    pub refused: Refused,
-    list: TextureList,
-    /// How often each was made and not destroyed.
-    holders: Vec<u64>,
-    last: u32,
-}
-
 impl Textures {
-    /// Those that there are.
-    pub fn list(&self) -> &TextureList {
-        &self.list
-    }
-
     /// Makes one of `wanted.bytes()` bytes; its id.
     pub fn add(&mut self, wanted: Wanted<'_>, texels: &[u8]) -> Result<u32, String> {
-        let name = shortened(wanted.name);
         let mut hasher = blake3::Hasher::new();
         for word in [wanted.format, wanted.width, wanted.height] {
             hasher.update(&word.to_le_bytes());
         }
         let hash = *hasher.update(texels).finalize().as_bytes();
-        if let Some(at) = self.list.iter().position(|made| made.hash == hash && made.name == name) {
-            self.holders[at] += 1;
-            return Ok(self.list[at].id);
-        }
-        if self.list.len() >= MOST_TEXTURES || self.last == u32::MAX {
-            let reason = format!("`{name}`: the instance has {MOST_TEXTURES} textures, which is the limit");
-            self.refused.too_many.get_or_insert_with(|| reason.clone());
-            return Err(reason);
-        }
-        self.last += 1;
-        let texture = Texture {
-            id: self.last,
+        self.hold(wanted.name, &hash, |id, name| Texture {
+            id,
             name,
             width: wanted.width,
             height: wanted.height,
             srgb: wanted.format == abi::TEXTURE_RGBA8_SRGB,
             texels: texels.to_vec(),
             hash,
-        };
-        Arc::make_mut(&mut self.list).push(Arc::new(texture));
-        self.holders.push(1);
-        Ok(self.last)
-    }
-
-    /// Forgets one, once it was destroyed as often as made.
-    pub fn remove(&mut self, id: u32) -> Result<(), String> {
-        let Some(at) = self.list.iter().position(|texture| texture.id == id) else {
-            let reason = format!("the instance has no texture {id}");
-            self.refused.missing.get_or_insert_with(|| reason.clone());
-            return Err(reason);
-        };
-        self.holders[at] -= 1;
-        if self.holders[at] == 0 {
-            self.holders.remove(at);
-            Arc::make_mut(&mut self.list).remove(at);
-        }
-        Ok(())
+        })
     }
 }
 
 /// Whether elements may name this texture; 0 is the host's own.
-pub fn known(list: &[Arc<Texture>], id: u32) -> bool {
-    id == 0 || list.binary_search_by_key(&id, |texture| texture.id).is_ok()
-}
-
-fn shortened(name: &str) -> String {
-    let mut end = name.len().min(LONGEST_NAME);
-    while !name.is_char_boundary(end) {
-        end -= 1;
-    }
-    name[..end].to_owned()
+pub fn known(list: &TextureList, id: u32) -> bool {
+    id == 0 || find(list, id).is_some()
 }
 
 #[cfg(test)]
@@ -196,10 +148,5 @@ mod tests {
             Wanted { format: 9, ..wanted("odd") }.bytes().expect_err("no format").contains("format is 9")
         );
         assert_eq!(wanted("x").bytes(), Ok(8));
-    }
-
-    #[test]
-    fn a_long_name_is_cut_between_two_characters() {
-        assert_eq!(shortened(&"é".repeat(150)).chars().count(), 100);
     }
 }

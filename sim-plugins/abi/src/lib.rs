@@ -12,10 +12,10 @@ use bytemuck::{Pod, Zeroable};
 /// "REEFSIM\0", read as a little-endian integer.
 pub const MAGIC: u64 = 0x004d495346454552;
 pub const VERSION_MAJOR: u32 = 0;
-pub const VERSION_MINOR: u32 = 1;
+pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
-pub const HEADER_HASH: u64 = 0xcfc09bc2261c0fbd;
+pub const HEADER_HASH: u64 = 0x0d3212f250b54ff6;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -52,29 +52,25 @@ pub const STREAM_MATERIAL: u32 = 2;
 pub const STREAM_FIBRE: u32 = 3;
 /// reef_fibre_node
 pub const STREAM_FIBRE_NODE: u32 = 4;
-/// reef_skinned: a mesh uploaded once, moved by joints or points
+/// reef_skinned: a mesh uploaded once, moved by joints
 pub const STREAM_SKINNED: u32 = 5;
 /// reef_joint
 pub const STREAM_JOINT: u32 = 6;
-/// reef_point
-pub const STREAM_POINT: u32 = 7;
+/// reef_mesh_draw: a mesh uploaded once, with vertices made anew
+pub const STREAM_MESH_DRAW: u32 = 7;
+/// reef_draw_vertex
+pub const STREAM_DRAW_VERTEX: u32 = 8;
 /// reef_billboard
-pub const STREAM_BILLBOARD: u32 = 8;
-/// reef_mesh_draw: vertices made anew
-pub const STREAM_MESH: u32 = 9;
-/// reef_mesh_vertex
-pub const STREAM_MESH_VERTEX: u32 = 10;
-/// uint32_t, three a triangle, relative to first_vertex
-pub const STREAM_MESH_INDEX: u32 = 11;
+pub const STREAM_BILLBOARD: u32 = 9;
 /// reef_flow: what this instance does to the water, felt in the next step
-pub const STREAM_FLOW: u32 = 12;
+pub const STREAM_FLOW: u32 = 10;
 /// reef_actor: what others may perceive, follow, avoid, pick, in the next step
-pub const STREAM_ACTOR: u32 = 13;
+pub const STREAM_ACTOR: u32 = 11;
 /// reef_debug_line, when reef_step.flags has REEF_STEP_DEBUG
-pub const STREAM_DEBUG_LINE: u32 = 14;
+pub const STREAM_DEBUG_LINE: u32 = 12;
 /// reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone
-pub const STREAM_TRACE: u32 = 15;
-pub const STREAM_COUNT: u32 = 16;
+pub const STREAM_TRACE: u32 = 13;
+pub const STREAM_COUNT: u32 = 14;
 /// Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped).
 pub const FLAG_NO_BLEND: u32 = 1;
 
@@ -177,41 +173,55 @@ pub struct FibreNode {
     pub radius: f32,
 }
 
-/// A mesh that was uploaded once (reef_host.mesh_create). 64 bytes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Skinned {
-    pub object: u32,
-    /// id from mesh_create
-    pub mesh: u32,
-    pub material: u32,
-    pub flags: u32,
-    /// joints move vertices by up to four weights ...
-    pub first_joint: u32,
-    pub joint_count: u32,
-    /// ... or points do (a fish of springs): one of the two counts is 0
-    pub first_point: u32,
-    pub point_count: u32,
-    pub variation: u32,
-    pub spare: [u32; 7],
-}
-
+/// Where a joint stands: x in the joint's own frame is translation + scale * rotate(rotation, x). 32 bytes.
+/// Joints are rigid frames, one a section, rather than points. A body of seven sections is 224 bytes a step, its corners as points
+/// would be 368, and a frame turns normals without a rule of its own.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Joint {
     /// unit quaternion x, y, z, w
     pub rotation: [f32; 4],
-    /// [m] relative to the object's origin
+    /// [m] relative to the object's origin; of a mesh at rest: in the mesh's space
     pub translation: [f32; 3],
+    /// > 0
     pub scale: f32,
 }
 
+/// An instance of a mesh that was uploaded once (reef_host.mesh_create), moved by joints. 64 bytes.
+/// T_j = joint_j * inverse(rest_j) moves a vertex v at rest, weight w_j:
+///   linear  p = sum w_j T_j(v), n = unit(sum w_j s_j R_j n): cheap, thinner where joints twist
+///   dual    REEF_MESH_DUAL: the T_j as unit dual quaternions, turned to the first one's side, summed with w_j, made unit again; their
+///           scales are blended beside them and applied first. Twists keep their thickness.
+/// One joint moves any mesh as a whole: T = joint_0, and `rest` is not read. So what is far costs one joint.
+/// Between two steps joints are blended one by one: translation and scale along a line, rotation along the shorter arc. The element of
+/// the step before is the one with the same number among the elements of the object with the same id; where that has another mesh or
+/// another joint_count, or with REEF_FLAG_NO_BLEND, nothing is blended. Elements may share joints.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Point {
-    /// [m] relative to the object's origin
-    pub position: [f32; 3],
-    pub spare: u32,
+pub struct Skinned {
+    /// index into the object stream
+    pub object: u32,
+    /// id from mesh_create
+    pub mesh: u32,
+    /// index into the material stream; along a mesh "root to tip" is uv[1], "around" is uv[0]
+    pub material: u32,
+    /// REEF_FLAG_*
+    pub flags: u32,
+    /// index into the joint stream
+    pub first_joint: u32,
+    /// the mesh's own number, or 1
+    pub joint_count: u32,
+    /// > 0: the mesh at rest is so many times as large
+    pub scale: f32,
+    /// patterns are moved on by it: bands and stripes by that share of their period, 0..1
+    pub phase: f32,
+    /// [rad] turns the colours' hue, -pi..pi
+    pub hue: f32,
+    /// colours * (1 + value), -1..4
+    pub value: f32,
+    /// 0: there .. 1: gone; between, a share of the pixels
+    pub fade: f32,
+    pub spare: [u32; 5],
 }
 /// flags: turned to the viewer; else it lies across `axis`
 pub const BILLBOARD_FACING: u32 = 2;
@@ -244,27 +254,43 @@ pub struct Billboard {
     pub flags: u32,
 }
 
+/// An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour and glow, the stream
+/// positions, normals and thickness. 48 bytes.
+/// No two elements share a vertex. Identity from step to step is as for reef_skinned: the same
+/// mesh and number within the object with the same id; then positions, normals and thickness are blended vertex by vertex.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MeshDraw {
     pub object: u32,
+    /// id from mesh_create
+    pub mesh: u32,
     pub material: u32,
+    /// REEF_FLAG_*
     pub flags: u32,
+    /// index into the draw vertex stream
     pub first_vertex: u32,
+    /// the mesh's own number
     pub vertex_count: u32,
-    pub first_index: u32,
-    pub index_count: u32,
-    pub spare: [u32; 5],
+    /// as in reef_skinned
+    pub phase: f32,
+    pub hue: f32,
+    pub value: f32,
+    pub fade: f32,
+    pub spare: [u32; 2],
 }
 
+/// 20 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct MeshVertex {
+pub struct DrawVertex {
     /// [m] relative to the object's origin
     pub position: [f32; 3],
-    pub normal: [f32; 3],
-    pub uv: [f32; 2],
+    /// as in reef_mesh_vertex
+    pub normal: u32,
+    /// [m] >= 0
+    pub thickness: f32,
 }
+
 /// One primitive of the sea's flow field. V(p) = sum of all; shelters then multiply. 128 bytes.
 /// Local kinds (Aliaga & Larboulette 2009, eq. 2-4), d = |p - C|:
 ///   source     sign * |F| / (|F|/F_max + d^2) * unit(p - C)         F < 0 is a hole
@@ -550,24 +576,84 @@ pub struct FlowQuery {
     pub spare: u32,
 }
 
-/// A mesh at rest; weights sum to 1. 72 bytes.
+/// A vertex of a mesh at rest. 40 bytes.
+/// normal: a unit vector (x, y, z) on an octahedron. d = |x| + |y| + |z|; (a, b) = (x, y) / d, and where z < 0 it is
+/// ((1 - |y| / d) * sign(x), (1 - |x| / d) * sign(y)) with sign(0) = 1. The low 16 bits are round(32767 a) as a two's complement, the high
+/// ones round(32767 b). Every value is a unit vector.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct MeshVertex {
+    /// [m]
+    pub position: [f32; 3],
+    pub normal: u32,
+    /// u around, v from root (0) to tip (1), -100..100; textures lie over 0..1
+    pub uv: [f32; 2],
+    /// [m] >= 0: tissue that light crosses, for materials with translucency
+    pub thickness: f32,
+    /// >= 0, multiplies the material's
+    pub glow: f32,
+    /// sRGB 0xAABBGGRR, multiplies the material's colours; AA: its opacity
+    pub color: u32,
+    pub spare: u32,
+}
+
+/// A level of detail: triangles among some of the mesh's vertices. Levels may share vertices; a step's work grows with
+/// vertex_count, so a coarser level's best come first in the mesh. The finer of two levels is chosen where `error` of the coarser one
+/// would show; between, a growing share of the pixels is the other's. 32 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct MeshLevel {
+    pub first_index: u32,
+    /// a multiple of 3, > 0
+    pub index_count: u32,
+    /// the triangles' corners lie among the vertices from here on ...
+    pub first_vertex: u32,
+    /// ... which are so many
+    pub vertex_count: u32,
+    /// [m] farthest from level 0 at rest; 0 for level 0, growing from level to level
+    pub error: f32,
+    /// 0, 1, 2, 4 or 8, not above the mesh's: the greatest so many of each vertex, made to sum to 1
+    pub influences: u32,
+    pub spare: [u32; 2],
+}
+
+/// flags: joints are blended as dual quaternions; else linearly
+pub const MESH_DUAL: u32 = 256;
+/// flags: seen, and lit, from both sides; else only from where its triangles are counter-clockwise
+pub const MESH_TWO_SIDED: u32 = 512;
+
+/// A mesh at rest: read during mesh_create alone. 88 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh {
-    pub vertices: *const MeshVertex,
-    /// three a triangle
-    pub indices: *const u32,
-    /// [opt] four joint or point indices a vertex
-    pub influences: *const u32,
-    /// [opt] four a vertex
-    pub weights: *const f32,
-    pub vertex_count: u32,
-    pub index_count: u32,
-    /// joints or points that the mesh knows
-    pub influence_count: u32,
-    pub spare: [u32; 5],
+    /// [opt] for messages
     pub name: *const c_char,
+    pub vertices: *const MeshVertex,
+    /// into the mesh's vertices, three a triangle
+    pub indices: *const u32,
+    /// the finest first
+    pub levels: *const MeshLevel,
+    /// [opt] where the joints stand at rest
+    pub rest: *const Joint,
+    /// [opt] `influences` joints a vertex, vertex after vertex
+    pub joints: *const u32,
+    /// [opt] as many: 0..1, those of a vertex sum to 1 within 0.001
+    pub weights: *const f32,
+    /// 1..2^20
+    pub vertex_count: u32,
+    /// 3..2^22
+    pub index_count: u32,
+    /// 1..8
+    pub level_count: u32,
+    /// 0..256; 0: for mesh draws, or one joint that moves all
+    pub joint_count: u32,
+    /// 0 (without joints), 1, 2, 4 or 8
+    pub influences: u32,
+    /// REEF_MESH_*
+    pub flags: u32,
+    pub spare: [u32; 2],
 }
+
 /// red, green and blue are sRGB, as in PNG files; alpha is straight in both
 pub const TEXTURE_RGBA8_SRGB: u32 = 1;
 /// all are linear
@@ -616,13 +702,14 @@ pub struct Host {
         Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32>,
     /// [step] [job]
     pub sample_flow: Option<unsafe extern "C" fn(ctx: *mut c_void, query: *const FlowQuery) -> i32>,
-    /// [control] [step]; what an instance made goes with it. 0.1: REEF_UNSUPPORTED
+    /// A mesh that elements name by its id, as long as it is there. What is made again while it is there (the same name and
+    /// content) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the order of making,
+    /// and never used for anything else. Reset, load_state and a discarded step leave it; what an instance made goes with it; not
+    /// in open(). [control] [step]
     pub mesh_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, mesh: *const Mesh, out_id: *mut u32) -> i32>,
     pub mesh_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
-    /// A picture that elements name by its id, as long as it is there. What is made again while it is there (the same name,
-    /// format, size and texels) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the
-    /// order of making, and never used for anything else. What an instance made goes with it; not in open(). [control] [step]
+    /// A picture that elements name by its id, as for meshes: the same name, format, size and texels are the same. [control] [step]
     pub texture_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, texture: *const Texture, out_id: *mut u32) -> i32>,
     pub texture_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
@@ -807,11 +894,9 @@ elements!(
     FibreNode = STREAM_FIBRE_NODE,
     Skinned = STREAM_SKINNED,
     Joint = STREAM_JOINT,
-    Point = STREAM_POINT,
+    MeshDraw = STREAM_MESH_DRAW,
+    DrawVertex = STREAM_DRAW_VERTEX,
     Billboard = STREAM_BILLBOARD,
-    MeshDraw = STREAM_MESH,
-    MeshVertex = STREAM_MESH_VERTEX,
-    u32 = STREAM_MESH_INDEX,
     Flow = STREAM_FLOW,
     Actor = STREAM_ACTOR,
     DebugLine = STREAM_DEBUG_LINE,
@@ -841,4 +926,17 @@ pub const fn fnv1a_32(bytes: &[u8]) -> u32 {
         i += 1;
     }
     hash
+}
+
+/// A unit vector as vertices have it: on an octahedron, 16 bits a coordinate.
+pub fn pack_normal([x, y, z]: [f32; 3]) -> u32 {
+    let d = x.abs() + y.abs() + z.abs();
+    if d <= 0.0 {
+        return 0;
+    }
+    let (a, b) = (x / d, y / d);
+    let sign = |v: f32| if v < 0.0 { -1.0 } else { 1.0 };
+    let (a, b) = if z < 0.0 { ((1.0 - b.abs()) * sign(a), (1.0 - a.abs()) * sign(b)) } else { (a, b) };
+    let sixteen = |v: f32| u32::from(((v * 32767.0).round() as i16).cast_unsigned());
+    sixteen(a) | sixteen(b) << 16
 }

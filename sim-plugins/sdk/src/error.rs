@@ -133,6 +133,51 @@ impl From<TextureError> for StepError {
     }
 }
 
+/// Why there is no mesh.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum MeshError {
+    /// Vertices and what hangs on them do not go together.
+    #[error("mesh `{name}`: {count} {what} are not the {expected} of its vertices")]
+    Count {
+        /// The mesh.
+        name: String,
+        /// Joints or weights.
+        what: &'static str,
+        /// How many were given.
+        count: usize,
+        /// As many as all vertices have influences.
+        expected: usize,
+    },
+    /// The host did not take it; its message says why.
+    #[error("the host refused the mesh `{name}`")]
+    Refused {
+        /// The mesh.
+        name: String,
+    },
+}
+
+impl MeshError {
+    /// What the plugin has to say; nothing where the host has said it already.
+    fn own_words(&self) -> String {
+        match self {
+            Self::Count { .. } => self.to_string(),
+            Self::Refused { .. } => String::new(),
+        }
+    }
+}
+
+impl From<MeshError> for ConfigError {
+    fn from(error: MeshError) -> Self {
+        Self::new("", error.own_words())
+    }
+}
+
+impl From<MeshError> for StepError {
+    fn from(error: MeshError) -> Self {
+        Self::NoSpace(error.own_words())
+    }
+}
+
 /// Why saved bytes are not taken over.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum StateError {

@@ -76,6 +76,8 @@ mod error;
 mod guard;
 #[allow(unsafe_code, reason = "calls of the host's services")]
 mod host;
+#[allow(unsafe_code, reason = "calls of the host's services")]
+mod mesh;
 mod param;
 pub mod ranges;
 mod state;
@@ -86,9 +88,11 @@ mod workers;
 
 pub use config::SceneInfo;
 pub use entry::entry;
-pub use error::{ConfigError, Reset, StateError, Status, StepError, TextureError};
+pub use error::{ConfigError, MeshError, Reset, StateError, Status, StepError, TextureError};
 pub use host::{Host, Level, Texture, TextureFormat};
+pub use mesh::{Mesh, MeshDesc};
 pub use param::{Param, ParamKind, Params};
+pub use reef_abi::pack_normal;
 pub use state::{Scalar, StateReader, StateWriter};
 pub use step::{Element, Heightfield, Output, StepInput};
 pub use workers::{Chunks, Parts, Split, Workers};
@@ -102,9 +106,9 @@ pub mod macros {
 /// Everything that a plugin's source usually names.
 pub mod prelude {
     pub use crate::{
-        Chunks, ConfigError, Element, Heightfield, Host, Level, Output, Param, ParamKind, Params, Parts,
-        Plugin, Reset, SceneInfo, Split, StateError, StateReader, StateWriter, Status, StepError, StepInput,
-        Texture, TextureError, TextureFormat, Workers, abi,
+        Chunks, ConfigError, Element, Heightfield, Host, Level, Mesh, MeshDesc, MeshError, Output, Param,
+        ParamKind, Params, Parts, Plugin, Reset, SceneInfo, Split, StateError, StateReader, StateWriter,
+        Status, StepError, StepInput, Texture, TextureError, TextureFormat, Workers, abi, pack_normal,
     };
 }
 

@@ -1,6 +1,7 @@
 //! `reef render` and `reef validate`, as a person and a program meet them: planted faults are found, goldens are held,
 //! places that cannot be written are refused.
 
+mod meshes;
 mod subjects;
 mod walk;
 
@@ -18,7 +19,12 @@ use reef_tests::{
 
 /// Runs `reef` with its modules beside it.
 fn reef(assets: &Path, arguments: &[&str], fault: Option<&str>) -> Output {
-    let installed = artifacts().side_by_side(&own::libraries());
+    reef_with(&own::libraries(), assets, arguments, fault)
+}
+
+/// Runs `reef` with these plugins beside it.
+fn reef_with(plugins: &[&str], assets: &Path, arguments: &[&str], fault: Option<&str>) -> Output {
+    let installed = artifacts().side_by_side(plugins);
     let program = installed.path().join(artifacts().reef().file_name().unwrap());
     let mut command = Command::new(program);
     command.args(arguments).arg("--assets").arg(assets).env_remove("REEF_PLANT_FAULT");

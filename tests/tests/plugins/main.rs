@@ -10,6 +10,7 @@ mod guide;
 mod hostile;
 mod languages;
 mod list;
+mod meshes;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod own_faults;
 mod raw;

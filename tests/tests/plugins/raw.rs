@@ -177,7 +177,7 @@ const STEPS: [(&str, Step); 21] = [
     }),
     ("unknown status 77", |_, _| 77),
     ("it gave no reason", |_, _| abi::ERROR),
-    ("mesh_create: this host (reef_sim.h 0.1) does not offer it", |host, _| {
+    ("mesh_create: the mesh or its id's place is NULL or misaligned", |host, _| {
         let mut id = 0;
         // SAFETY: the host checks its arguments.
         unsafe { host.mesh_create.unwrap()(host.ctx, ptr::null(), &mut id) }

@@ -11,9 +11,9 @@ use super::super::{
     library::Plugin,
     names::status_name,
     recorder,
+    retained::Refused,
     services::Services,
     tag::Tag,
-    textures::Refused,
 };
 use super::process::float_control;
 
@@ -259,10 +259,10 @@ impl Instance {
         self.end()
     }
 
-    /// Destroys it, and tells what was refused of its textures in its life.
-    pub fn destroy_and_tell(mut self) -> Result<Refused, PluginError> {
+    /// Destroys it, and tells what was refused of its textures and of its meshes in its life.
+    pub fn destroy_and_tell(mut self) -> Result<[Refused; 2], PluginError> {
         self.end()?;
-        Ok(self.services.refused_textures())
+        Ok([self.services.refused_textures(), self.services.refused_meshes()])
     }
 
     fn end(&mut self) -> Result<(), PluginError> {

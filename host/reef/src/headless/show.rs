@@ -73,7 +73,7 @@ impl Show {
 
 /// The markers that a scene asks for.
 pub fn markers(scene: &SceneTable) -> Markers {
-    Markers { singularities: scene.singularities, bounds: scene.bounds }
+    Markers { singularities: scene.singularities, bounds: scene.bounds, joints: false }
 }
 
 /// A camera between two poses.

@@ -16,17 +16,17 @@ pub const FARTHEST: f64 = 1e6;
 pub const FARTHEST_LOCAL: f32 = 1e5;
 /// How far the squared length of a unit vector may be from 1: several roundings of an f32 normalisation
 /// (1e-7), and room for a vector that was carried along many segments.
-const UNIT_TOLERANCE: f32 = 1e-3;
+pub(super) const UNIT_TOLERANCE: f32 = 1e-3;
 /// All flags that a fibre may have, and how many vertices a ring of it.
 pub(crate) const FIBRE_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::FIBRE_CAP | abi::FIBRE_BLADE;
 pub(crate) const SIDES: RangeInclusive<u32> = 3..=64;
 /// All flags that a sprite may have.
 const BILLBOARD_FLAGS: u32 = abi::FLAG_NO_BLEND | abi::BILLBOARD_FACING;
 
-type Checked = Result<(), Fault>;
+pub(super) type Checked = Result<(), Fault>;
 
 #[cold]
-fn fault(field: &'static str, problem: impl Into<String>) -> Checked {
+pub(super) fn fault(field: &'static str, problem: impl Into<String>) -> Checked {
     Err(Fault { field, problem: problem.into() })
 }
 
@@ -38,7 +38,7 @@ fn finite<const N: usize, T: Copy + Display + Into<f64>>(field: &'static str, va
 }
 
 #[inline(always)]
-fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
+pub(super) fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
     if (low..=high).contains(&value) {
         return Ok(());
     }
@@ -46,7 +46,7 @@ fn within(field: &'static str, value: f32, low: f32, high: f32) -> Checked {
 }
 
 #[inline(always)]
-fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
+pub(super) fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value >= low {
         return Ok(());
     }
@@ -54,7 +54,7 @@ fn at_least(field: &'static str, value: f32, low: f32) -> Checked {
 }
 
 #[inline(always)]
-fn above(field: &'static str, value: f32, low: f32) -> Checked {
+pub(super) fn above(field: &'static str, value: f32, low: f32) -> Checked {
     if value.is_finite() && value > low {
         return Ok(());
     }
@@ -82,7 +82,7 @@ fn unit(field: &'static str, v: [f32; 3]) -> Checked {
 }
 
 #[inline(always)]
-fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
+pub(super) fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
     if (value as usize) < count {
         return Ok(());
     }
@@ -90,7 +90,7 @@ fn index(field: &'static str, value: u32, count: usize, of: &str) -> Checked {
 }
 
 #[inline(always)]
-fn flags(value: u32, known: u32) -> Checked {
+pub(super) fn flags(value: u32, known: u32) -> Checked {
     match value & !known {
         0 => Ok(()),
         unknown => fault("flags", format!("has unknown bits {unknown:#x}")),

@@ -39,7 +39,7 @@ fn good() -> Outputs {
         actors: vec![abi::Actor { id: 9, ..Default::default() }],
         debug_lines: vec![abi::DebugLine::default()],
         trace: vec![abi::Trace { kind: abi::TRACE_FIBRE, ..Default::default() }],
-        textures: Arc::default(),
+        ..meshes::tests::good()
     }
 }
 
@@ -92,7 +92,7 @@ fn no_element_of_a_long_stream_is_overlooked_and_no_job_is_needed_twice() {
         });
         (verdict, jobs.into_inner())
     };
-    assert_eq!(check(&outputs), (Ok(()), 11));
+    assert_eq!(check(&outputs), (Ok(()), 14));
     for at in [0, ELEMENTS - 1, ELEMENTS, 2 * ELEMENTS] {
         let mut spoilt = outputs.clone();
         spoilt.objects[at].bounds_radius = f32::NAN;
@@ -248,6 +248,10 @@ fn every_kind_of_nonsense_is_refused() {
         ("fibre, element 0: normal", |o| o.fibres[0].normal = [0.0; 3]),
         ("fibre, element 0: normal", |o| o.fibres[0].normal[0] = f32::NAN),
         ("fibre, element 0: flags", |o| o.fibres[0].flags = 1 << 31),
+        ("skinned, element 0: mesh", |o| o.skinned[0].mesh = 0),
+        ("joint, element 1: translation", |o| o.joints[1].translation[0] = f32::NAN),
+        ("mesh draw, element 1: object", |o| o.mesh_draws[1].object = 2),
+        ("draw vertex, element 3: position", |o| o.draw_vertices[3].position[1] = 2e5),
         ("billboard, element 0: position", |o| o.billboards[0].position[1] = f32::NAN),
         ("billboard, element 1: velocity", |o| o.billboards[1].velocity[2] = f32::INFINITY),
         ("billboard, element 0: size", |o| o.billboards[0].size = 0.0),

@@ -39,12 +39,11 @@ pub fn structs() -> Vec<Struct> {
         "reef_material" Material { base, tip, accent, pattern, texture, pattern_scale, pattern_softness, translucency, wrap, rim, glow, roughness, specular, spare }
         "reef_fibre" Fibre { object, first_node, node_count, material, flags, sides, variation, flatness, normal, spare }
         "reef_fibre_node" FibreNode { position, radius }
-        "reef_skinned" Skinned { object, mesh, material, flags, first_joint, joint_count, first_point, point_count, variation, spare }
         "reef_joint" Joint { rotation, translation, scale }
-        "reef_point" Point { position, spare }
+        "reef_skinned" Skinned { object, mesh, material, flags, first_joint, joint_count, scale, phase, hue, value, fade, spare }
         "reef_billboard" Billboard { position, size, axis, opacity, velocity, roll, object, texture, color, flags }
-        "reef_mesh_draw" MeshDraw { object, material, flags, first_vertex, vertex_count, first_index, index_count, spare }
-        "reef_mesh_vertex" MeshVertex { position, normal, uv }
+        "reef_mesh_draw" MeshDraw { object, mesh, material, flags, first_vertex, vertex_count, phase, hue, value, fade, spare }
+        "reef_draw_vertex" DrawVertex { position, normal, thickness }
         "reef_flow" Flow { owner, kind, flags, position, axis, strength, peak, core, reach, fade, modulation, phase, wave_vector, gradient, level, spare }
         "reef_actor" Actor { id, parent, position, velocity, radius, forward, species, flags, spare }
         "reef_debug_line" DebugLine { from, delta, color, channel, spare }
@@ -58,7 +57,9 @@ pub fn structs() -> Vec<Struct> {
         "reef_step" Step { size, flags, step, time, dt, seed, simd_level, flow_count, wave_count, actor_count, obstacle_count, event_count, camera, water, heightfield, flow, waves, actors, obstacles, events }
         "reef_output" Output { size, spare, ctx, reserve, commit }
         "reef_flow_query" FlowQuery { x, y, z, vx, vy, vz, origin, owner, count, spare }
-        "reef_mesh" Mesh { vertices, indices, influences, weights, vertex_count, index_count, influence_count, spare, name }
+        "reef_mesh_vertex" MeshVertex { position, normal, uv, thickness, glow, color, spare }
+        "reef_mesh_level" MeshLevel { first_index, index_count, first_vertex, vertex_count, error, influences, spare }
+        "reef_mesh" Mesh { name, vertices, indices, levels, rest, joints, weights, vertex_count, index_count, level_count, joint_count, influences, flags, spare }
         "reef_texture" Texture { texels, format, width, height, spare, name }
         "reef_host" Host { size, version, ctx, worker_count, spare, log, set_error, should_stop, parallel_for, scratch, sample_flow, mesh_create, mesh_destroy, texture_create, texture_destroy, figure }
         "reef_param" Param { id, kind, flags, choice_count, minimum, maximum, default_value, key, label, group, unit, help, choices, spare }
@@ -107,11 +108,9 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         STREAM_FIBRE_NODE,
         STREAM_SKINNED,
         STREAM_JOINT,
-        STREAM_POINT,
+        STREAM_MESH_DRAW,
+        STREAM_DRAW_VERTEX,
         STREAM_BILLBOARD,
-        STREAM_MESH,
-        STREAM_MESH_VERTEX,
-        STREAM_MESH_INDEX,
         STREAM_FLOW,
         STREAM_ACTOR,
         STREAM_DEBUG_LINE,
@@ -141,6 +140,8 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         STEP_TRIAL,
         STEP_TRACE,
         STEP_DEBUG,
+        MESH_DUAL,
+        MESH_TWO_SIDED,
         TEXTURE_RGBA8_SRGB,
         TEXTURE_RGBA8,
         PARAM_FLOAT,

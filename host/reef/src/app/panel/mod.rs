@@ -184,6 +184,10 @@ fn view(ui: &mut Ui, model: &mut PanelModel, actions: &mut Vec<Action>) {
             "Around each plant, orange where a singularity reaches it and its field is evaluated; and where each singularity \
              ends, dashed where it begins to fade",
         );
+        ui.checkbox(&mut view.markers.joints, "Joints and levels").on_hover_text(
+            "Joints of meshes, in the colour of the level of detail at which each mesh is drawn: green the finest, then yellow, \
+             orange, red; grey what is outside of the picture",
+        );
     });
     ui.horizontal_wrapped(|ui| {
         let forces = ui.checkbox(&mut view.debug, "Forces and moments");

@@ -194,15 +194,18 @@ fn a_changed_parameter_goes_back_to_its_default_by_one_click() {
 }
 
 #[test]
-fn singularities_and_bounding_spheres_have_a_switch_each() {
+fn singularities_bounding_spheres_and_joints_have_a_switch_each() {
     let (mut bench, mut model) = (Bench::new(), model());
     bench.settle(&mut model);
-    for (label, singularities, bounds) in
-        [("Singularities", true, false), ("Bounding spheres", true, true), ("Singularities", false, true)]
-    {
+    for (label, singularities, bounds, joints) in [
+        ("Singularities", true, false, false),
+        ("Bounding spheres", true, true, false),
+        ("Joints and levels", true, true, true),
+        ("Singularities", false, true, true),
+    ] {
         let at = bench.place(label);
         assert!(bench.click(&mut model, at).is_empty(), "the picture alone changes");
-        assert_eq!(model.view.markers, Markers { singularities, bounds }, "{label}");
+        assert_eq!(model.view.markers, Markers { singularities, bounds, joints }, "{label}");
     }
 }
 
@@ -254,7 +257,7 @@ fn a_tiny_window_shows_no_panel() {
 
 #[test]
 fn a_scene_that_is_described_again_leaves_a_persons_markers_alone() {
-    let [none, both] = [false, true].map(|on| Markers { singularities: on, bounds: on });
+    let [none, both] = [false, true].map(|on| Markers { singularities: on, bounds: on, joints: on });
     let mut view = super::model::ViewOptions::default();
     view.ask(none);
     view.markers = both;

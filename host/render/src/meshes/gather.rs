@@ -1,0 +1,237 @@
+//! Two steps' meshes, made ready for the GPU: instances matched between the steps, those that let light
+//! through from far to near.
+
+use std::{collections::HashMap, sync::Arc};
+
+use glam::{DVec3, Vec3};
+use reef_abi as abi;
+use reef_streams::{Outputs, frame::Frame, meshes::Mesh, retained};
+
+use super::{
+    library::Shelf,
+    records::{DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
+    steps,
+};
+use crate::{quality::Quality, view::Lens};
+
+/// Everything of meshes that one picture uploads.
+#[derive(Clone, Debug, Default)]
+pub struct Subject {
+    /// First all that hides what is behind it, in the order of modules and streams, then veils from far to
+    /// near.
+    pub instances: Vec<GpuInstance>,
+    /// Joints that all instances are moved by.
+    pub palette: u32,
+    /// Vertices of all instances at most.
+    pub most_vertices: u64,
+    /// Indices of all instances at most.
+    pub most_indices: u64,
+}
+
+/// An instance that lets light through, on its way to its place.
+struct Veil {
+    /// Of its object from the eye [m²].
+    distance: f32,
+    /// Module and object: what is sorted as one.
+    object: (usize, u32),
+    instance: GpuInstance,
+}
+
+/// One instance's two steps.
+struct Steps<'a> {
+    before: &'a Outputs,
+    now: &'a Outputs,
+    alpha: f32,
+    eye: DVec3,
+    shelf: &'a Shelf,
+    /// Where its objects and materials begin in the picture's.
+    objects: u32,
+    materials: u32,
+    module: usize,
+    /// Where its joints and vertices begin in those of the step before and of this step.
+    bases: [[u32; 2]; 2],
+}
+
+/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `quality`: at low quality veils are lit
+/// at their vertices, where none has a texture.
+pub fn gather(
+    previous: &Frame,
+    current: &Frame,
+    alpha: f32,
+    lens: &Lens,
+    quality: Quality,
+    shelf: &Shelf,
+) -> Subject {
+    let mut all = Subject::default();
+    let mut veils = Vec::new();
+    let (mut objects, mut materials) = (0, 0);
+    let nothing = Arc::default();
+    for (module, now) in current.outputs.iter().enumerate() {
+        let before = previous.outputs.get(module).unwrap_or(&nothing);
+        let bases = [previous, current].map(|frame| steps::base(frame, module));
+        let alpha = alpha.clamp(0.0, 1.0);
+        let steps = Steps { before, now, alpha, eye: lens.eye, shelf, objects, materials, module, bases };
+        steps.gather(Arc::ptr_eq(before, now), &mut all, &mut veils);
+        objects += now.objects.len() as u32;
+        materials += now.materials.len() as u32;
+    }
+    if quality == Quality::Low && veils.iter().all(|veil| veil.instance.flags & PLAIN != 0) {
+        veils.iter_mut().for_each(|veil| veil.instance.flags |= LIT_VEIL);
+    }
+    hang(&mut all, veils);
+    let drawn = all.instances.iter().enumerate().filter(|(i, instance)| instance.vertices_of == *i as u32);
+    all.most_vertices = drawn.map(|(_, instance)| shelf.most(instance.mesh).0).sum();
+    all.most_indices = all.instances.iter().map(|instance| shelf.most(instance.mesh).1).sum();
+    all
+}
+
+/// Puts veils behind all else, from far to near. What an object's elements turn away from the eye comes
+/// first, the outermost before the inner ones; then, the other way round, what faces the eye.
+fn hang(all: &mut Subject, mut veils: Vec<Veil>) {
+    veils.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.object.cmp(&b.object)));
+    for same in veils.chunk_by(|a, b| a.object == b.object) {
+        let first = all.instances.len() as u32;
+        let count = same.len() as u32;
+        for (i, veil) in same.iter().rev().enumerate() {
+            let near = first + 2 * count - 1 - i as u32;
+            let flags = veil.instance.flags | FAR_SIDE;
+            all.instances.push(GpuInstance { vertices_of: near, flags, ..veil.instance });
+        }
+        for (i, veil) in same.iter().enumerate() {
+            all.instances.push(GpuInstance { vertices_of: first + count + i as u32, ..veil.instance });
+        }
+    }
+}
+
+impl Steps<'_> {
+    fn gather(&self, same: bool, all: &mut Subject, veils: &mut Vec<Veil>) {
+        let (before, now) = (self.before, self.now);
+        if now.skinned.is_empty() && now.mesh_draws.is_empty() {
+            return;
+        }
+        let [joints, vertices] = [0, 1].map(|stream| (self.bases[0][stream], self.bases[1][stream]));
+        let twins = Twins::new(self, same, |o| o.skinned.iter().map(|e| (e.object, e.mesh)).collect());
+        for (i, element) in now.skinned.iter().enumerate() {
+            let then = twins.of(i).map(|j| &before.skinned[j]).filter(|then| {
+                then.joint_count == element.joint_count && !self.jumped(element.object, element.flags)
+            });
+            let look = [element.phase, element.hue, element.value, element.fade];
+            let Some(mut instance) = self.instance(element.object, element.mesh, element.material, look)
+            else {
+                continue;
+            };
+            instance.flags |= if element.joint_count == 1 { RIGID } else { 0 };
+            instance.current = joints.1 + element.first_joint;
+            instance.previous = then.map_or(0, |then| joints.0 + then.first_joint);
+            instance.blend = if then.is_some() { self.alpha } else { 1.0 };
+            instance.joints = element.joint_count;
+            instance.palette = all.palette;
+            instance.scale = element.scale;
+            all.palette += element.joint_count;
+            self.put(all, veils, element.object, instance);
+        }
+        let twins = Twins::new(self, same, |o| o.mesh_draws.iter().map(|e| (e.object, e.mesh)).collect());
+        for (i, element) in now.mesh_draws.iter().enumerate() {
+            let jumped = self.jumped(element.object, element.flags);
+            let then = twins.of(i).map(|j| &before.mesh_draws[j]).filter(|_| !jumped);
+            let look = [element.phase, element.hue, element.value, element.fade];
+            let Some(mut instance) = self.instance(element.object, element.mesh, element.material, look)
+            else {
+                continue;
+            };
+            let object = &now.objects[element.object as usize];
+            instance.flags |= DRAWN_ANEW;
+            instance.current = vertices.1 + element.first_vertex;
+            instance.previous = then.map_or(0, |then| vertices.0 + then.first_vertex);
+            instance.blend = if then.is_some() { self.alpha } else { 1.0 };
+            instance.scale = 1.0;
+            instance.bounds = Vec3::from(object.bounds_center).extend(object.bounds_radius).to_array();
+            self.put(all, veils, element.object, instance);
+        }
+    }
+
+    fn jumped(&self, object: u32, flags: u32) -> bool {
+        (flags | self.now.objects[object as usize].flags) & abi::FLAG_NO_BLEND != 0
+    }
+
+    fn mesh(&self, id: u32) -> Option<&Mesh> {
+        retained::find(&self.now.meshes, id).map(|mesh| &**mesh)
+    }
+
+    /// What skinned meshes and mesh draws have in common. None: its mesh is not on the device.
+    fn instance(&self, object: u32, mesh: u32, material: u32, look: [f32; 4]) -> Option<GpuInstance> {
+        let mesh = self.mesh(mesh)?;
+        let surface = self.now.materials.get(material as usize)?;
+        let mut flags = match (surface.texture, surface.pattern) {
+            (0, abi::PATTERN_NONE) => PLAIN | SMOOTH,
+            (0, _) => PLAIN,
+            _ => 0,
+        };
+        if surface.base[3] < 1.0 || !mesh.opaque {
+            flags |= VEIL;
+        }
+        let [phase, hue, value, fade] = look;
+        Some(GpuInstance {
+            object: self.objects + object,
+            mesh: self.shelf.number(mesh)?,
+            material: self.materials + material,
+            flags,
+            phase,
+            hue,
+            value,
+            fade,
+            ..GpuInstance::default()
+        })
+    }
+
+    fn put(&self, all: &mut Subject, veils: &mut Vec<Veil>, object: u32, instance: GpuInstance) {
+        if instance.flags & VEIL == 0 {
+            all.instances.push(GpuInstance { vertices_of: all.instances.len() as u32, ..instance });
+            return;
+        }
+        let seen = &self.now.objects[object as usize];
+        let middle = (DVec3::from(seen.origin) - self.eye).as_vec3() + Vec3::from(seen.bounds_center);
+        veils.push(Veil { distance: middle.length_squared(), object: (self.module, object), instance });
+    }
+}
+
+/// Which elements of two steps are the same: by the id of their object, and their number within it.
+struct Twins(Option<Vec<Option<usize>>>);
+
+impl Twins {
+    /// `of`: object and mesh of each element.
+    fn new(steps: &Steps<'_>, same: bool, of: impl Fn(&Outputs) -> Vec<(u32, u32)>) -> Self {
+        if same {
+            return Self(None);
+        }
+        let (before, now) = (of(steps.before), of(steps.now));
+        let ids = |outputs: &Outputs, object: u32| outputs.objects[object as usize].id;
+        // The usual case, and the fast one: nothing came or went.
+        if before == now
+            && steps.before.objects.len() == steps.now.objects.len()
+            && steps.before.objects.iter().zip(&steps.now.objects).all(|(a, b)| a.id == b.id)
+        {
+            return Self(None);
+        }
+        let mut of_id: HashMap<u64, Vec<usize>> = HashMap::new();
+        for (i, (object, _)) in before.iter().enumerate() {
+            of_id.entry(ids(steps.before, *object)).or_default().push(i);
+        }
+        let mut seen: HashMap<u64, usize> = HashMap::new();
+        let twins = now.iter().map(|(object, mesh)| {
+            let id = ids(steps.now, *object);
+            let number = seen.entry(id).or_default();
+            *number += 1;
+            let twin = *of_id.get(&id)?.get(*number - 1)?;
+            (before[twin].1 == *mesh).then_some(twin)
+        });
+        Self(Some(twins.collect()))
+    }
+
+    fn of(&self, i: usize) -> Option<usize> {
+        match &self.0 {
+            None => Some(i),
+            Some(twins) => twins[i],
+        }
+    }
+}

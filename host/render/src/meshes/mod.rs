@@ -1,0 +1,510 @@
+//! Meshes: compute passes that blend, cull, choose levels of detail and skin, and the draws.
+//!
+//! 1. `mesh_pose.comp`, one invocation an instance: joints of two steps → what moves vertices, or nothing
+//!    where it is culled; up to two levels of detail, of which the pixels are shared;
+//! 2. `mesh_scan.comp`, one work group: where each part's vertices and indices lie, in the instances' order;
+//! 3. `mesh_skin.comp`, one work group a part: vertices in clip space;
+//! 4. `mesh_index.comp`, one work group a part: triangles;
+//! 5. `mesh_lit.comp`, one invocation a vertex: at low quality the light of what is small;
+//! 6. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag`
+//!    where a material has a texture) the rest: a draw for all instances of all meshes, by what they need of
+//!    the device.
+//!
+//! What is solid is drawn early; veils, which light comes through, late, from far to near, first what they
+//! turn away from the eye.
+//!
+//! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
+
+mod debug;
+mod draws;
+pub mod gather;
+pub mod library;
+pub mod records;
+pub mod sample;
+pub mod steps;
+#[cfg(test)]
+mod tests;
+pub mod twin;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use reef_gpu::{
+    Access, Buffer, BufferDesc, Cmd, Data, DepthLoad, Frame, Gpu, Load, Memory, Pipeline, Resource, Result,
+    Upload,
+};
+
+use self::{
+    draws::{Draws, Variant, lit_pipeline},
+    gather::Subject,
+    library::Library,
+    records::{
+        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, GROUPS, GpuPart, LIGHT_GROUPS, VERTEX_WORDS,
+        command,
+    },
+    steps::Steps,
+};
+use super::{
+    Shot,
+    gather::{Gathered, GpuLine, GpuObject},
+    layers::Layers,
+    lod::Thresholds,
+    quality::Quality,
+    targets::Targets,
+    view::Lens,
+};
+
+/// Indices of one picture at most.
+const MOST_INDICES: u64 = 24_000_000;
+/// Work groups along x; the rest goes along y.
+const GROUPS_X: u32 = 32_768;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct PosePush {
+    count: u32,
+    use_lod: u32,
+    error: f32,
+    lit: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ScanPush {
+    part_count: u32,
+    vertex_limit: u32,
+    index_limit: u32,
+    groups_x: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct IndexPush {
+    groups_x: u32,
+    index_limit: u32,
+}
+
+struct Buffers {
+    instances: u64,
+    joints: u64,
+    vertices: u64,
+    indices: u64,
+    parts: Buffer,
+    order: Buffer,
+    palette: Buffer,
+    vertex: Buffer,
+    index: Buffer,
+    draw: Buffer,
+}
+
+/// What one picture uploaded.
+#[derive(Clone, Copy)]
+struct Picture {
+    instances: Upload,
+    materials: Upload,
+    veils: bool,
+    lit_veils: bool,
+}
+
+/// What a picture drew, as it was read back.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Two an instance, in the instances' order.
+    pub parts: Vec<GpuPart>,
+    /// Words of each vertex.
+    pub vertices: Vec<[u32; VERTEX_WORDS]>,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
+}
+
+/// The mesh passes.
+pub struct Meshes {
+    gpu: Gpu,
+    library: Library,
+    steps: Steps,
+    pose: Pipeline,
+    scan: Pipeline,
+    skin: Pipeline,
+    index: Pipeline,
+    lit: [Pipeline; 2],
+    lit_veil: Pipeline,
+    draws: Vec<(Variant, Draws)>,
+    variant: Variant,
+    buffers: Option<Buffers>,
+    picture: Option<Picture>,
+}
+
+impl Meshes {
+    /// Describes the pipelines; nothing is compiled yet.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            gpu: gpu.clone(),
+            library: Library::default(),
+            steps: Steps::default(),
+            pose: Pipeline::compute(gpu, "mesh_pose.comp", &[]),
+            scan: Pipeline::compute(gpu, "mesh_scan.comp", &[]),
+            skin: Pipeline::compute(gpu, "mesh_skin.comp", &[]),
+            index: Pipeline::compute(gpu, "mesh_index.comp", &[]),
+            lit: [("lit meshes", false), ("lit meshes, two-sided", true)]
+                .map(|(name, two_sided)| lit_pipeline(gpu, name, two_sided, false)),
+            lit_veil: lit_pipeline(gpu, "lit veils", true, true),
+            draws: Vec::new(),
+            variant: Variant::default(),
+            buffers: None,
+            picture: None,
+        }
+    }
+
+    /// The compute passes. `limits` None: everything at its finest level, nothing culled.
+    pub fn skin(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        shot: &Shot<'_>,
+        (gathered, lens): (&Gathered, &Lens),
+        limits: Option<&Thresholds>,
+        quality: Quality,
+    ) -> Result<()> {
+        self.picture = None;
+        self.library.update(&self.gpu, shot.current)?;
+        let subject =
+            gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
+        if subject.instances.is_empty() {
+            return Ok(());
+        }
+        let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
+        let patterns = subject.instances.iter().filter_map(used);
+        let patterns = patterns.fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
+        self.variant = Variant { quality, patterns, textured: gathered.is_textured() };
+        if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
+            self.draws.push((self.variant, Draws::new(&self.gpu, self.variant)));
+        }
+        self.reserve(&subject)?;
+        self.steps.update(&self.gpu, [shot.previous, shot.current])?;
+        let (Some(b), Some(books)) = (&self.buffers, self.library.books()) else { return Ok(()) };
+        let (Some(before), Some(now)) = (self.steps.of(shot.previous), self.steps.of(shot.current)) else {
+            return Ok(());
+        };
+        let count = subject.instances.len() as u32;
+        let instances = frame.upload(&subject.instances)?;
+        let objects = frame.upload(&gathered.objects)?;
+        let materials = frame.upload(&gathered.materials)?;
+        let chosen = limits.copied().unwrap_or_default();
+
+        frame
+            .pass("meshes: joints, cull, detail")
+            .read(&books.meshes, Access::ComputeRead)
+            .read(&books.levels, Access::ComputeRead)
+            .read(&books.rests, Access::ComputeRead)
+            .read(&before.joints, Access::ComputeRead)
+            .read(&now.joints, Access::ComputeRead)
+            .write(&b.parts, Access::ComputeWrite)
+            .write(&b.palette, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.pose)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, instances.into()),
+                    (2, objects.into()),
+                    (3, (&before.joints).into()),
+                    (4, (&now.joints).into()),
+                    (5, (&books.meshes).into()),
+                    (6, (&books.levels).into()),
+                    (7, (&books.rests).into()),
+                    (8, (&b.parts).into()),
+                    (9, (&b.palette).into()),
+                ])?;
+                cmd.push(&PosePush {
+                    count,
+                    use_lod: u32::from(limits.is_some()),
+                    error: if limits.is_some() { chosen.mesh_error } else { -1.0 },
+                    lit: if limits.is_some() && quality == Quality::Low { chosen.lit_mesh } else { 0.0 },
+                })?;
+                cmd.dispatch_over(count)
+            })?;
+        let index_limit = (b.index.size() / 4) as u32;
+        frame
+            .pass("meshes: offsets")
+            .read(&books.levels, Access::ComputeRead)
+            .read(&b.parts, Access::ComputeRead)
+            .write(&b.parts, Access::ComputeWrite)
+            .write(&b.order, Access::ComputeWrite)
+            .write(&b.draw, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.scan)?;
+                cmd.bind(&[
+                    (0, instances.into()),
+                    (1, (&books.levels).into()),
+                    (2, (&b.parts).into()),
+                    (3, (&b.draw).into()),
+                    (4, (&b.order).into()),
+                ])?;
+                cmd.push(&ScanPush {
+                    part_count: 2 * count,
+                    vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
+                    index_limit,
+                    groups_x: GROUPS_X,
+                })?;
+                cmd.dispatch(1, 1, 1);
+                Ok(())
+            })?;
+        frame
+            .pass("meshes: skin")
+            .read(&books.meshes, Access::ComputeRead)
+            .read(&books.levels, Access::ComputeRead)
+            .read(&books.vertices, Access::ComputeRead)
+            .read(&books.bones, Access::ComputeRead)
+            .read(&before.vertices, Access::ComputeRead)
+            .read(&now.vertices, Access::ComputeRead)
+            .read(&b.parts, Access::ComputeRead)
+            .read(&b.palette, Access::ComputeRead)
+            .read(&b.order, Access::ComputeRead)
+            .read(&b.draw, Access::ComputeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .write(&b.vertex, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
+                cmd.bind(&[
+                    (0, view.into()),
+                    (1, instances.into()),
+                    (2, (&books.meshes).into()),
+                    (3, (&books.levels).into()),
+                    (4, (&books.vertices).into()),
+                    (5, (&books.bones).into()),
+                    (6, (&b.palette).into()),
+                    (7, (&before.vertices).into()),
+                    (8, (&now.vertices).into()),
+                    (9, (&b.parts).into()),
+                    (10, (&b.order).into()),
+                    (11, (&b.draw).into()),
+                    (12, (&b.vertex).into()),
+                ])?;
+                cmd.push(&GROUPS_X)?;
+                cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
+            })?;
+        frame
+            .pass("meshes: triangles")
+            .read(&books.levels, Access::ComputeRead)
+            .read(&books.indices, Access::ComputeRead)
+            .read(&b.parts, Access::ComputeRead)
+            .read(&b.vertex, Access::ComputeRead)
+            .read(&b.order, Access::ComputeRead)
+            .read(&b.draw, Access::ComputeRead)
+            .read(&b.draw, Access::IndirectRead)
+            .write(&b.index, Access::ComputeWrite)
+            .run(|cmd| {
+                cmd.pipeline(&self.index)?;
+                cmd.bind(&[
+                    (1, instances.into()),
+                    (2, (&books.levels).into()),
+                    (3, (&books.indices).into()),
+                    (4, (&b.vertex).into()),
+                    (5, (&b.parts).into()),
+                    (6, (&b.order).into()),
+                    (7, (&b.draw).into()),
+                    (8, (&b.index).into()),
+                ])?;
+                cmd.push(&IndexPush { groups_x: GROUPS_X, index_limit })?;
+                cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
+            })?;
+        // After the triangles, which do not read what the light takes the place of.
+        if let (Quality::Low, Some(draws)) = (quality, self.pipelines()) {
+            frame
+                .pass("meshes: light")
+                .read(&books.meshes, Access::ComputeRead)
+                .read(&b.parts, Access::ComputeRead)
+                .read(&b.draw, Access::ComputeRead)
+                .read(&b.draw, Access::IndirectRead)
+                .read(&b.vertex, Access::ComputeRead)
+                .write(&b.vertex, Access::ComputeWrite)
+                .run(|cmd| {
+                    cmd.pipeline(&draws.light)?;
+                    cmd.bind(&[
+                        (0, view.into()),
+                        (1, instances.into()),
+                        (2, (&books.meshes).into()),
+                        (3, (&b.parts).into()),
+                        (4, materials.into()),
+                        (5, (&b.draw).into()),
+                        (6, (&b.vertex).into()),
+                    ])?;
+                    cmd.dispatch_indirect(Data::Part(&b.draw, LIGHT_GROUPS, 12))
+                })?;
+        }
+        let last = subject.instances.last().map_or(0, |last| last.flags);
+        let [veils, lit_veils] = [records::VEIL, records::LIT_VEIL].map(|flag| last & flag != 0);
+        self.picture = Some(Picture { instances, materials, veils, lit_veils });
+        Ok(())
+    }
+
+    /// The draw of what hides what is behind it.
+    pub fn draw_solid(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        layers: &Layers,
+        targets: &Targets<'_>,
+    ) -> Result<()> {
+        let Some(draws) = self.pipelines() else { return Ok(()) };
+        self.draw(frame, "meshes: draw", (view, layers, targets), |cmd, b, bound| {
+            if self.variant.quality == Quality::Low {
+                for (side, pipeline) in self.lit.iter().enumerate() {
+                    cmd.pipeline(pipeline)?;
+                    cmd.vertices(0, &b.vertex)?;
+                    cmd.indices(&b.index, vk::IndexType::UINT32)?;
+                    cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_LIT + side), 20), 1)?;
+                }
+            }
+            for (side, pipeline) in draws.sides.iter().enumerate() {
+                cmd.pipeline(pipeline)?;
+                cmd.bind(bound)?;
+                cmd.vertices(0, &b.vertex)?;
+                cmd.indices(&b.index, vk::IndexType::UINT32)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_PIXEL + side), 20), 1)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// The draw of veils, over all that is solid.
+    pub fn draw_veils(
+        &self,
+        frame: &mut Frame<'_>,
+        view: Upload,
+        layers: &Layers,
+        targets: &Targets<'_>,
+    ) -> Result<()> {
+        let Some(draws) = self.pipelines().filter(|_| self.picture.is_some_and(|picture| picture.veils))
+        else {
+            return Ok(());
+        };
+        self.draw(frame, "meshes: veils", (view, layers, targets), |cmd, b, bound| {
+            let lit = self.picture.is_some_and(|picture| picture.lit_veils);
+            let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
+            cmd.pipeline(pipeline)?;
+            if !lit {
+                cmd.bind(bound)?;
+            }
+            cmd.vertices(0, &b.vertex)?;
+            cmd.indices(&b.index, vk::IndexType::UINT32)?;
+            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(bin), 20), 1)
+        })
+    }
+
+    fn pipelines(&self) -> Option<&Draws> {
+        self.draws.iter().find(|(variant, _)| *variant == self.variant).map(|(_, draws)| draws)
+    }
+
+    /// A pass that draws; nothing where the picture has no meshes.
+    fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        name: &str,
+        (view, layers, targets): (Upload, &Layers, &Targets<'_>),
+        record: impl FnOnce(&mut Cmd<'_, '_>, &Buffers, &[(u32, Resource<'_>)]) -> Result<()>,
+    ) -> Result<()> {
+        let (Some(b), Some(picture)) = (&self.buffers, self.picture) else { return Ok(()) };
+        let mut bound = vec![
+            (0, view.into()),
+            (1, picture.materials.into()),
+            (2, picture.instances.into()),
+            (3, (&b.parts).into()),
+        ];
+        let mut pass = frame.pass(name);
+        if let (true, Some((texels, sampler))) = (self.variant.textured, layers.image()) {
+            pass = pass.read(texels, Access::FragmentSampled);
+            bound.push((4, Resource::Texture(texels, sampler)));
+        }
+        pass.read(&b.vertex, Access::AttributeRead)
+            .read(&b.index, Access::IndexRead)
+            .read(&b.parts, Access::FragmentRead)
+            .read(&b.draw, Access::IndirectRead)
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .run(|cmd| record(cmd, b, &bound))
+    }
+
+    /// Joints and levels of detail of a picture as lines. `objects`: the picture's.
+    pub fn lines(
+        &self,
+        shot: &Shot<'_>,
+        objects: &[GpuObject],
+        lens: &Lens,
+        how: (Option<&Thresholds>, Quality),
+    ) -> Vec<GpuLine> {
+        debug::lines(shot, (&self.library.shelf, objects), lens, how)
+    }
+
+    /// What the last picture's scan counted. Waits for the device: for tests and benches.
+    pub fn counts(&self) -> Result<DrawCounts> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.picture.is_some()) else {
+            return Ok(DrawCounts::default());
+        };
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
+    }
+
+    /// What the last picture drew. Waits for the device: for tests.
+    pub fn read_back(&self) -> Result<Drawn> {
+        let Some(b) = self.buffers.as_ref().filter(|_| self.picture.is_some()) else {
+            return Ok(Drawn::default());
+        };
+        let counts = self.counts()?;
+        let bytes = self.gpu.read_buffer(&b.parts)?;
+        let parts = bytes.chunks_exact(size_of::<GpuPart>()).map(bytemuck::pod_read_unaligned).collect();
+        let bytes = self.gpu.read_buffer(&b.vertex)?;
+        let vertices = bytes.chunks_exact(VERTEX_WORDS * 4).take(counts.vertices as usize);
+        let vertices = vertices.map(bytemuck::pod_read_unaligned).collect();
+        let bytes = self.gpu.read_buffer(&b.index)?;
+        let indices = bytes.chunks_exact(4).take(3 * counts.triangles as usize);
+        Ok(Drawn { parts, vertices, indices: indices.map(bytemuck::pod_read_unaligned).collect() })
+    }
+
+    /// What was brought of steps for the last picture [bytes].
+    pub fn brought(&self) -> u64 {
+        self.steps.brought
+    }
+
+    /// The meshes on the device, for tests.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// Makes the buffers great enough; they only grow.
+    fn reserve(&mut self, subject: &Subject) -> Result<()> {
+        // Their buffer has to stay within what the device can bind.
+        let range = u64::from(self.gpu.info().limits.max_storage_buffer_range);
+        let most_vertices = range / (VERTEX_WORDS as u64 * 4);
+        let wanted = (
+            subject.instances.len() as u64,
+            u64::from(subject.palette),
+            subject.most_vertices.min(most_vertices),
+            subject.most_indices.min(MOST_INDICES),
+        );
+        if self.buffers.as_ref().is_some_and(|b| {
+            b.instances >= wanted.0 && b.joints >= wanted.1 && b.vertices >= wanted.2 && b.indices >= wanted.3
+        }) {
+            return Ok(());
+        }
+        let instances = wanted.0.next_power_of_two().max(64);
+        let joints = wanted.1.next_power_of_two().max(64);
+        let vertices = wanted.2.next_power_of_two().clamp(4096.min(most_vertices), most_vertices);
+        let indices = wanted.3.next_power_of_two().clamp(4096, MOST_INDICES);
+        let buffer = |name, size, usage| {
+            let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(&self.gpu, &BufferDesc { name, size, usage, memory: Memory::Device })
+        };
+        use vk::BufferUsageFlags as U;
+        self.buffers = Some(Buffers {
+            instances,
+            joints,
+            vertices,
+            indices,
+            parts: buffer("mesh parts", 2 * instances * size_of::<GpuPart>() as u64, U::empty())?,
+            order: buffer("mesh order", 2 * instances * 4, U::empty())?,
+            palette: buffer("mesh joints", joints * 48, U::empty())?,
+            vertex: buffer("mesh vertices", vertices * VERTEX_WORDS as u64 * 4, U::VERTEX_BUFFER)?,
+            index: buffer("mesh indices", indices * 4, U::INDEX_BUFFER)?,
+            draw: buffer("mesh draws", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,206 @@
+//! What the mesh passes read and write: `shaders/mesh.glsl` in Rust.
+
+use bytemuck::{Pod, Zeroable};
+
+/// [`GpuMesh::flags`]: joints are blended as dual quaternions.
+pub const DUAL: u32 = 1;
+/// [`GpuMesh::flags`]: seen from both sides.
+pub const TWO_SIDED: u32 = 2;
+/// [`GpuInstance::flags`]: its vertices come with the step.
+pub const DRAWN_ANEW: u32 = 1;
+/// [`GpuInstance::flags`]: one joint moves all.
+pub const RIGID: u32 = 2;
+/// [`GpuInstance::flags`]: light comes through by opacity.
+pub const VEIL: u32 = 4;
+/// [`GpuInstance::flags`]: of a veil, only what faces away.
+pub const FAR_SIDE: u32 = 8;
+/// [`GpuInstance::flags`]: its material has no texture.
+pub const PLAIN: u32 = 16;
+
+/// [`GpuInstance::flags`]: nor a pattern.
+pub const SMOOTH: u32 = 32;
+/// [`GpuInstance::flags`]: of a veil that is lit at its vertices.
+pub const LIT_VEIL: u32 = 64;
+
+/// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils
+/// by pixels and at vertices.
+pub const BINS: usize = 6;
+/// Of what is lit at its vertices.
+pub const BIN_LIT: usize = 0;
+/// Of what is lit pixel by pixel.
+pub const BIN_PIXEL: usize = 2;
+/// Of what light comes through.
+pub const BIN_VEIL: usize = 4;
+/// Of the same, lit at its vertices.
+pub const BIN_LIT_VEIL: usize = 5;
+/// What has no pattern may be so many times as large and still lit at its vertices.
+pub const SMOOTH_LIT: f32 = 4.0;
+/// A coarser level begins to fade in at this many times its threshold.
+pub const BAND: f32 = 1.15;
+/// Words of a vertex, as `mesh_skin.comp` writes them.
+pub const VERTEX_WORDS: usize = 12;
+/// A level of no part.
+pub const NOT_DRAWN: u32 = u32::MAX;
+
+/// A mesh on the device.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuMesh {
+    /// In all meshes' vertices.
+    pub first_vertex: u32,
+    /// In all bones.
+    pub first_bone: u32,
+    /// In all levels.
+    pub first_level: u32,
+    /// How many it has.
+    pub level_count: u32,
+    /// In all joints at rest.
+    pub first_rest: u32,
+    /// How many it has.
+    pub joints: u32,
+    /// Bones a vertex.
+    pub influences: u32,
+    /// [`DUAL`], [`TWO_SIDED`].
+    pub flags: u32,
+    /// At rest: middle and radius [m].
+    pub bounds: [f32; 4],
+}
+
+/// A level of detail.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuLevel {
+    /// In all indices.
+    pub first_index: u32,
+    /// Indices over three.
+    pub triangles: u32,
+    /// In its mesh.
+    pub first_vertex: u32,
+    /// How many it has.
+    pub vertices: u32,
+    /// How far it strays [m].
+    pub error: f32,
+    /// Bones that are read of each vertex.
+    pub influences: u32,
+    /// 0.
+    pub spare: [u32; 2],
+}
+
+/// A joint at rest.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuRest {
+    /// Unit quaternion.
+    pub rotation: [f32; 4],
+    /// Translation [m], scale.
+    pub place: [f32; 4],
+    /// Farthest that a vertex is from it [m], three of nothing.
+    pub reach: [f32; 4],
+}
+
+/// A vertex at rest.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuVertex {
+    /// In the mesh [m].
+    pub position: [f32; 3],
+    /// On an octahedron.
+    pub normal: u32,
+    /// Two halves.
+    pub uv: u32,
+    /// Of tissue [m].
+    pub thickness: f32,
+    /// A factor.
+    pub glow: f32,
+    /// Roots of linear light, and opacity: 8 bits each.
+    pub color: u32,
+}
+
+/// An instance in one picture.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuInstance {
+    /// Index into the picture's objects.
+    pub object: u32,
+    /// Index into the meshes on the device.
+    pub mesh: u32,
+    /// Index into the picture's materials.
+    pub material: u32,
+    /// [`DRAWN_ANEW`] and those below it.
+    pub flags: u32,
+    /// Its first joint or vertex in the step before.
+    pub previous: u32,
+    /// The same in this step.
+    pub current: u32,
+    /// Joints that move it.
+    pub joints: u32,
+    /// Its first moved joint.
+    pub palette: u32,
+    /// 0: the step before, 1: this step.
+    pub blend: f32,
+    /// Of the mesh at rest.
+    pub scale: f32,
+    /// Moves patterns.
+    pub phase: f32,
+    /// [rad].
+    pub hue: f32,
+    /// Relative.
+    pub value: f32,
+    /// 1: gone.
+    pub fade: f32,
+    /// The instance whose vertices it draws.
+    pub vertices_of: u32,
+    /// 0.
+    pub spare: u32,
+    /// Of what is drawn anew: middle and radius relative to the object's origin [m].
+    pub bounds: [f32; 4],
+}
+
+/// An instance at one level of detail; each has two.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GpuPart {
+    /// In all levels; [`NOT_DRAWN`].
+    pub level: u32,
+    /// One of [`BINS`].
+    pub bin: u32,
+    /// In the picture's vertices.
+    pub first_vertex: u32,
+    /// In the picture's indices.
+    pub first_index: u32,
+    /// The object's origin relative to the eye [m].
+    pub base: [f32; 3],
+    /// Of the pixels: from, to.
+    pub shares: u32,
+}
+
+/// What the scan wrote.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct DrawCounts {
+    /// Of each bin: indices, 1, first index, 0, 0, and three of nothing.
+    pub commands: [[u32; 8]; BINS],
+    /// Work groups over the parts that are drawn, and how many these are.
+    pub groups: [u32; 4],
+    /// Work groups over all vertices.
+    pub light_groups: [u32; 4],
+    /// Vertices in all.
+    pub vertices: u32,
+    /// Triangles in all.
+    pub triangles: u32,
+    /// Parts that are drawn.
+    pub drawn: u32,
+    /// Parts that did not fit into the buffers.
+    pub left_out: u32,
+}
+
+/// Where a bin's draw lies in [`DrawCounts`].
+pub const fn command(bin: usize) -> u64 {
+    bin as u64 * 32
+}
+
+/// Where the work groups lie there.
+pub const GROUPS: u64 = BINS as u64 * 32;
+
+/// Where those of the light lie.
+pub const LIGHT_GROUPS: u64 = GROUPS + 16;

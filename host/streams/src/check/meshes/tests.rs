@@ -1,0 +1,86 @@
+use std::sync::Arc;
+
+use super::*;
+use crate::{
+    check::{Checker, alone},
+    meshes::{Meshes, tests::Strip},
+};
+
+pub(in crate::check) fn good() -> Outputs {
+    let mut meshes = Meshes::default();
+    meshes.add(Strip::new().wanted()).expect("a mesh").expect("room");
+    let joint = abi::Joint { rotation: [0.0, 0.6, 0.0, 0.8], scale: 1.0, ..Default::default() };
+    let skinned = abi::Skinned { mesh: 1, joint_count: 3, scale: 1.0, ..Default::default() };
+    let draw = abi::MeshDraw { mesh: 1, vertex_count: 6, ..Default::default() };
+    Outputs {
+        objects: vec![abi::Object { id: 1, ..Default::default() }],
+        materials: Arc::new(vec![abi::Material::default()]),
+        skinned: vec![skinned, abi::Skinned { first_joint: 3, joint_count: 1, ..skinned }],
+        joints: vec![joint; 4],
+        mesh_draws: vec![draw, abi::MeshDraw { first_vertex: 6, ..draw }],
+        draw_vertices: vec![abi::DrawVertex::default(); 12],
+        meshes: meshes.list().clone(),
+        ..Outputs::default()
+    }
+}
+
+fn verdict(spoil: impl FnOnce(&mut Outputs)) -> String {
+    let mut outputs = good();
+    spoil(&mut outputs);
+    Checker::default().check(&outputs, &alone).expect_err("the spoilt outputs passed")
+}
+
+#[test]
+fn sound_meshes_pass() {
+    assert_eq!(Checker::default().check(&good(), &alone), Ok(()));
+}
+
+#[test]
+fn what_names_meshes_is_looked_at_element_by_element() {
+    let said = |spoil: fn(&mut Outputs), words: &str| assert_eq!(verdict(spoil), words);
+    said(
+        |o| o.skinned[1].mesh = 2,
+        "stream skinned, element 1: mesh is 2, which mesh_create did not hand out, or which was destroyed",
+    );
+    said(
+        |o| o.meshes = Arc::default(),
+        "stream skinned, element 0: mesh is 1, which mesh_create did not hand out, or which was destroyed",
+    );
+    said(
+        |o| o.skinned[0].joint_count = 2,
+        "stream skinned, element 0: joint_count is 2, allowed is 1 or the mesh's 3",
+    );
+    said(
+        |o| o.skinned[0].first_joint = 2,
+        "stream skinned, element 0: first_joint and joint_count end at 5, there are 4 joints",
+    );
+    said(|o| o.skinned[0].scale = 0.0, "stream skinned, element 0: scale is 0, allowed is above 0");
+    said(|o| o.skinned[0].fade = 1.5, "stream skinned, element 0: fade is 1.5, allowed is 0 to 1");
+    said(|o| o.skinned[0].material = 1, "stream skinned, element 0: material is 1, there are 1 materials");
+    said(|o| o.skinned[1].flags = 4, "stream skinned, element 1: flags has unknown bits 0x4");
+    said(
+        |o| o.mesh_draws[1].vertex_count = 5,
+        "stream mesh draw, element 1: vertex_count is 5, the mesh has 6",
+    );
+    said(
+        |o| o.mesh_draws[1].first_vertex = 5,
+        "stream mesh draw, element 0: first_vertex leads into the vertices of element 1",
+    );
+    said(
+        |o| o.mesh_draws[1].first_vertex = u32::MAX,
+        "stream mesh draw, element 1: first_vertex and vertex_count end at 4294967301, there are 12 vertices",
+    );
+    said(
+        |o| o.joints[3].rotation[0] = 0.5,
+        "stream joint, element 3: rotation is (0.5, 0.6, 0, 0.8), which is no unit quaternion",
+    );
+    said(|o| o.joints[2].scale = f32::NAN, "stream joint, element 2: scale is NaN, allowed is above 0");
+    said(
+        |o| o.draw_vertices[11].thickness = -0.1,
+        "stream draw vertex, element 11: thickness is -0.1, allowed is 0 and more",
+    );
+    said(
+        |o| o.draw_vertices[7].position[2] = f32::INFINITY,
+        "stream draw vertex, element 7: position is inf, allowed is -100000 to 100000",
+    );
+}

@@ -1,0 +1,15 @@
+#version 460
+// A mesh that is lit at its vertices: `mesh_skin.comp` did the work.
+
+layout(location = 0) in vec4 position;
+layout(location = 1) in vec4 shown;
+layout(location = 2) in vec2 shares;
+
+layout(location = 0) noperspective out vec4 out_shown;
+layout(location = 1) flat out vec2 out_shares;
+
+void main() {
+    gl_Position = position;
+    out_shown = shown;
+    out_shares = shares;
+}

@@ -1,0 +1,132 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One invocation an instance: its joints between two steps against their places at rest, whether it is seen,
+// and at which levels of detail.
+
+#include "view.glsl"
+#include "fibre.glsl"
+#include "mesh.glsl"
+
+layout(local_size_x = 8) in;
+
+struct Joint {
+    vec4 rotation;
+    vec4 place; // w: scale
+};
+
+layout(set = 0, binding = 1, std430) readonly buffer Instances { Instance instances[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Objects { Object objects[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Previous { Joint previous_joints[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Current { Joint current_joints[]; };
+layout(set = 0, binding = 5, std430) readonly buffer Meshes { Mesh meshes[]; };
+layout(set = 0, binding = 6, std430) readonly buffer Levels { Level levels[]; };
+layout(set = 0, binding = 7, std430) readonly buffer Rests { Rest rests[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer Parts { Part parts[]; };
+// Three a joint. Linear: rows of a matrix. Dual: rotation, dual part, scale.
+layout(set = 0, binding = 9, std430) writeonly buffer Palette { vec4 palette[]; };
+
+layout(push_constant) uniform Push {
+    uint count;
+    uint use_lod;
+    float error;   // a coarser level is chosen where it errs by less than this [px]; negative: never
+    float lit;     // what is smaller than this is lit at its vertices [px]
+} push;
+
+/// Whether a sphere is surely outside of the picture.
+bool culled(vec3 center, float radius) {
+    vec3 c = vec3(dot(center, view.right.xyz), dot(center, view.up.xyz), dot(center, view.forward.xyz));
+    vec2 tangent = vec2(view.right.w, view.up.w);
+    vec2 side = sqrt(1.0 + tangent * tangent) * radius;
+    return c.z < -radius + view.forward.w || abs(c.x) > c.z * tangent.x + side.x
+        || abs(c.y) > c.z * tangent.y + side.y || c.z - radius > view.viewport.w;
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= push.count) return;
+    Instance instance = instances[index];
+    Mesh mesh = meshes[instance.mesh];
+    Object object = objects[instance.object];
+    vec3 base = mix(object.previous.xyz, object.current.xyz, instance.blend);
+    bool anew = (instance.flags & DRAWN_ANEW) != 0u;
+    bool rigid = (instance.flags & RIGID) != 0u;
+    bool dual = (mesh.flags & MESH_DUAL) != 0u;
+
+    vec3 low = vec3(1e30);
+    vec3 high = vec3(-1e30);
+    float stretch = anew ? 1.0 : 0.0;
+    for (uint j = 0u; j < instance.joints; j++) {
+        Joint b = current_joints[instance.current + j];
+        Joint a = b;
+        if (instance.blend < 1.0) a = previous_joints[instance.previous + j];
+        // Along the shorter arc.
+        vec4 other = dot(a.rotation, b.rotation) < 0.0 ? -b.rotation : b.rotation;
+        vec4 q = mix(a.rotation, other, instance.blend);
+        q *= inversesqrt(max(dot(q, q), 1e-20));
+        vec4 place = mix(a.place, b.place, instance.blend);
+
+        Rest rest = rests[mesh.first_rest + (rigid ? 0u : j)];
+        vec4 rest_turn = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.rotation;
+        vec4 rest_place = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.place;
+        vec4 turn = after(q, vec4(-rest_turn.xyz, rest_turn.w));
+        float scale = place.w / rest_place.w * instance.scale;
+        vec3 shift = place.xyz - scale * turned(turn, rest_place.xyz);
+        float reach = (rigid ? mesh.bounds.w : rest.reach.x) * scale;
+        vec3 middle = rigid ? scale * turned(turn, mesh.bounds.xyz) + shift : place.xyz;
+        low = min(low, middle - reach);
+        high = max(high, middle + reach);
+        stretch = max(stretch, scale);
+
+        uint at = (instance.palette + j) * 3u;
+        vec3 x = scale * turned(turn, vec3(1.0, 0.0, 0.0));
+        vec3 y = scale * turned(turn, vec3(0.0, 1.0, 0.0));
+        vec3 z = scale * turned(turn, vec3(0.0, 0.0, 1.0));
+        vec4 half_dual = 0.5 * after(vec4(shift, 0.0), turn);
+        palette[at] = dual ? turn : vec4(x.x, y.x, z.x, shift.x);
+        palette[at + 1u] = dual ? half_dual : vec4(x.y, y.y, z.y, shift.y);
+        palette[at + 2u] = dual ? vec4(scale, 0.0, 0.0, 0.0) : vec4(x.z, y.z, z.z, shift.z);
+    }
+    // A box around the joints' spheres; what is blended as dual quaternions may bulge a little.
+    vec3 middle = anew ? instance.bounds.xyz : 0.5 * (low + high);
+    float radius = anew ? instance.bounds.w : 0.5 * length(high - low) * (dual ? 1.1 : 1.0);
+    vec3 center = base + middle;
+
+    Part part;
+    part.level = NOT_DRAWN;
+    part.bin = 0u;
+    part.first_vertex = 0u;
+    part.first_index = 0u;
+    part.base = base;
+    part.shares = 0u;
+    Part other = part;
+    bool outside = culled(center, radius);
+    bool seen = instance.fade < 1.0 && (uint(outside) & push.use_lod) == 0u;
+
+    float nearest = max(dot(center, view.forward.xyz) - radius, view.forward.w);
+    float pixels = view.viewport.z / nearest;
+    uint chosen = 0u;
+    for (uint l = 1u; l < mesh.level_count; l++) {
+        bool fits = levels[mesh.first_level + l].error * stretch * pixels <= push.error;
+        chosen = fits ? l : chosen;
+    }
+    uint next = min(chosen + 1u, mesh.level_count - 1u);
+    float error = levels[mesh.first_level + next].error * stretch * pixels;
+    float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0) * float(push.use_lod);
+    coarser = next != chosen ? coarser : 0.0;
+    float there = 1.0 - instance.fade;
+
+    bool veil = (instance.flags & VEIL) != 0u;
+    float most = (instance.flags & SMOOTH) != 0u ? SMOOTH_LIT * push.lit : push.lit;
+    bool lit = 2.0 * radius * pixels < most && (instance.flags & PLAIN) != 0u;
+    uint bin = lit ? BIN_LIT : BIN_PIXEL;
+    bin += (mesh.flags & MESH_TWO_SIDED) != 0u ? 1u : 0u;
+    uint veil_bin = (instance.flags & LIT_VEIL) != 0u ? BIN_LIT_VEIL : BIN_VEIL;
+    part.bin = veil ? veil_bin : bin;
+    other.bin = part.bin;
+    part.level = seen ? mesh.first_level + chosen : NOT_DRAWN;
+    other.level = seen && coarser > 0.0 ? mesh.first_level + next : NOT_DRAWN;
+    part.shares = packUnorm2x16(vec2(coarser, 1.0) * there);
+    other.shares = packUnorm2x16(vec2(0.0, coarser) * there);
+    parts[2u * index] = part;
+    parts[2u * index + 1u] = other;
+}

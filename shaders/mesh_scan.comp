@@ -1,0 +1,126 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One workgroup: where each part's vertices and indices begin (an exclusive prefix sum in the parts' order,
+// so that every run packs them the same way), and a draw for each bin.
+
+#include "fibre.glsl"
+#include "mesh.glsl"
+
+#define THREADS 256
+
+layout(local_size_x = THREADS) in;
+
+layout(set = 0, binding = 0, std430) readonly buffer Instances { Instance instances[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Levels { Level levels[]; };
+layout(set = 0, binding = 2, std430) buffer Parts { Part parts[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Draw { MeshDraws draw; };
+layout(set = 0, binding = 4, std430) writeonly buffer Order { uint order[]; }; // parts that are drawn
+
+layout(push_constant) uniform Push {
+    uint part_count;
+    uint vertex_limit;
+    uint index_limit;
+    uint groups_x;       // workgroups along x at most
+} push;
+
+/// What some parts need.
+struct Needs {
+    uint vertices;
+    uint parts;
+    uint left_out;
+    uint indices[BINS];
+};
+
+shared Needs needs[THREADS];
+shared Needs totals;
+
+Needs nothing() {
+    Needs n;
+    n.vertices = 0u;
+    n.parts = 0u;
+    n.left_out = 0u;
+    for (uint b = 0u; b < BINS; b++) n.indices[b] = 0u;
+    return n;
+}
+
+void main() {
+    uint thread = gl_LocalInvocationID.x;
+    uint chunk = (push.part_count + uint(THREADS) - 1u) / uint(THREADS);
+    uint from = min(thread * chunk, push.part_count);
+    uint to = min(from + chunk, push.part_count);
+    Needs own = nothing();
+    for (uint i = from; i < to; i++) {
+        uint level = parts[i].level;
+        if (level == NOT_DRAWN) continue;
+        own.parts++;
+        own.vertices += instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
+        own.indices[parts[i].bin] += levels[level].triangles * 3u;
+    }
+    needs[thread] = own;
+    barrier();
+    // What comes before each thread's own: one thread adds it up, which is less than all adding up their own.
+    if (thread == 0u) {
+        Needs before = nothing();
+        for (uint t = 0u; t < uint(THREADS); t++) {
+            Needs of = needs[t];
+            needs[t] = before;
+            before.vertices += of.vertices;
+            before.parts += of.parts;
+            for (uint b = 0u; b < BINS; b++) before.indices[b] += of.indices[b];
+        }
+        totals = before;
+    }
+    barrier();
+    Needs at = needs[thread];
+    // One bin after the other.
+    uint first[BINS];
+    uint sum = 0u;
+    for (uint b = 0u; b < BINS; b++) {
+        first[b] = sum;
+        at.indices[b] += sum;
+        sum += totals.indices[b];
+    }
+    // A part that does not fit keeps its place, in which nothing shows.
+    uint left_out = 0u;
+    uint fit_vertices = 0u;
+    for (uint i = from; i < to; i++) {
+        uint level = parts[i].level;
+        if (level == NOT_DRAWN) continue;
+        uint bin = parts[i].bin;
+        uint vertices = instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
+        uint indices = levels[level].triangles * 3u;
+        bool fits = at.vertices + vertices <= push.vertex_limit && at.indices[bin] + indices <= push.index_limit;
+        parts[i].first_vertex = at.vertices;
+        parts[i].first_index = at.indices[bin];
+        parts[i].bin = fits ? bin : bin | LEFT_OUT;
+        order[at.parts] = i;
+        left_out += fits ? 0u : 1u;
+        fit_vertices = fits ? at.vertices + vertices : fit_vertices;
+        at.parts++;
+        at.vertices += vertices;
+        at.indices[bin] += indices;
+    }
+    barrier();
+    own.left_out = left_out;
+    own.vertices = fit_vertices;
+    needs[thread] = own;
+    barrier();
+    if (thread == 0u) {
+        uint drawn = 0u;
+        uint vertices = 0u;
+        uint left = 0u;
+        for (uint t = 0u; t < uint(THREADS); t++) {
+            drawn += needs[t].parts;
+            left += needs[t].left_out;
+            vertices = max(vertices, needs[t].vertices);
+        }
+        for (uint b = 0u; b < BINS; b++) {
+            uint end = min(first[b] + totals.indices[b], push.index_limit);
+            draw.commands[2u * b] = uvec4(end - min(first[b], end), 1u, first[b], 0u);
+            draw.commands[2u * b + 1u] = uvec4(0u);
+        }
+        draw.groups = uvec4(min(drawn, push.groups_x), (drawn + push.groups_x - 1u) / push.groups_x, 1u, drawn);
+        draw.light_groups = uvec4((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u, 0u);
+        draw.counts = uvec4(vertices, sum / 3u, drawn - left, left);
+    }
+}

@@ -1,0 +1,134 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One workgroup a part: its vertices in clip space, moved by joints or made anew.
+
+#include "view.glsl"
+#include "fibre.glsl"
+#include "mesh.glsl"
+
+layout(local_size_x = SKIN_THREADS) in;
+
+/// A vertex that is made anew: five words.
+struct DrawVertex {
+    float x;
+    float y;
+    float z;
+    uint normal;
+    float thickness;
+};
+
+layout(set = 0, binding = 1, std430) readonly buffer Instances { Instance instances[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Meshes { Mesh meshes[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Levels { Level levels[]; };
+layout(set = 0, binding = 4, std430) readonly buffer RestVertices { RestVertex rest_vertices[]; };
+layout(set = 0, binding = 5, std430) readonly buffer Bones { uint bones[]; };
+layout(set = 0, binding = 6, std430) readonly buffer Palette { vec4 palette[]; };
+layout(set = 0, binding = 7, std430) readonly buffer Previous { DrawVertex previous_vertices[]; };
+layout(set = 0, binding = 8, std430) readonly buffer Current { DrawVertex current_vertices[]; };
+layout(set = 0, binding = 9, std430) readonly buffer Parts { Part parts[]; };
+layout(set = 0, binding = 10, std430) readonly buffer Order { uint order[]; };
+layout(set = 0, binding = 11, std430) readonly buffer Draw { MeshDraws draw; };
+layout(set = 0, binding = 12, std430) writeonly buffer Vertices { uint vertices[]; };
+
+layout(push_constant) uniform Push {
+    uint groups_x;
+} push;
+
+#define VERTEX_WORDS 12u
+
+/// Where a vertex is, and what its surface does there.
+struct Moved {
+    vec3 p;
+    vec3 n; // not of unit length
+    float thickness;
+};
+
+Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVertex rest) {
+    vec3 v = vec3(rest.x, rest.y, rest.z);
+    vec3 n = unpacked_normal(rest.normal);
+    bool dual = (mesh.flags & MESH_DUAL) != 0u;
+    bool rigid = (instance.flags & RIGID) != 0u;
+    uint first = mesh.first_bone + vertex * mesh.influences;
+    vec4 rows[3];
+    rows[0] = vec4(0.0);
+    rows[1] = vec4(0.0);
+    rows[2] = vec4(0.0);
+    float sum = 0.0;
+    vec4 side = vec4(0.0);
+    uint count = rigid ? 1u : influences;
+    for (uint i = 0u; i < count; i++) {
+        uint bone = rigid ? 0xffff0000u : bones[first + i];
+        float weight = float(bone >> 16) / 65535.0;
+        uint at = (instance.palette + (bone & 0xffffu)) * 3u;
+        vec4 a = palette[at];
+        // A rotation and its negative are the same: all are summed on the side of the first.
+        side = i == 0u ? a : side;
+        float flip = dual && dot(side, a) < 0.0 ? -weight : weight;
+        rows[0] += a * flip;
+        rows[1] += palette[at + 1u] * flip;
+        rows[2] += palette[at + 2u] * weight;
+        sum += weight;
+    }
+    Moved m;
+    m.thickness = rest.thickness * instance.scale;
+    if (dual) {
+        float unit = inversesqrt(max(dot(rows[0], rows[0]), 1e-20));
+        vec4 q = rows[0] * unit;
+        vec4 d = rows[1] * unit;
+        vec3 shift = 2.0 * (q.w * d.xyz - d.w * q.xyz + cross(q.xyz, d.xyz));
+        m.p = turned(q, v * (rows[2].x / sum)) + shift;
+        m.n = turned(q, n);
+    } else {
+        vec4 whole = vec4(v, 1.0);
+        m.p = vec3(dot(rows[0], whole), dot(rows[1], whole), dot(rows[2], whole)) / sum;
+        m.n = vec3(dot(rows[0].xyz, n), dot(rows[1].xyz, n), dot(rows[2].xyz, n));
+    }
+    return m;
+}
+
+Moved made_anew(Instance instance, uint vertex) {
+    DrawVertex b = current_vertices[instance.current + vertex];
+    DrawVertex a = b;
+    if (instance.blend < 1.0) a = previous_vertices[instance.previous + vertex];
+    Moved m;
+    m.p = mix(vec3(a.x, a.y, a.z), vec3(b.x, b.y, b.z), instance.blend);
+    m.n = mix(unpacked_normal(a.normal), unpacked_normal(b.normal), instance.blend);
+    m.thickness = mix(a.thickness, b.thickness, instance.blend);
+    return m;
+}
+
+void main() {
+    uint number = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
+    if (number >= draw.groups.w) return;
+    uint index = order[number];
+    Part part = parts[index];
+    Instance instance = instances[index >> 1];
+    if ((part.bin & LEFT_OUT) != 0u || instance.vertices_of != index >> 1) return;
+    Mesh mesh = meshes[instance.mesh];
+    Level level = levels[part.level];
+    bool anew = (instance.flags & DRAWN_ANEW) != 0u;
+    for (uint i = gl_LocalInvocationID.x; i < level.vertices; i += uint(SKIN_THREADS)) {
+        uint vertex = level.first_vertex + i;
+        RestVertex rest = rest_vertices[mesh.first_vertex + vertex];
+        Moved m;
+        if (anew) m = made_anew(instance, vertex);
+        else m = skinned(instance, mesh, level.influences, vertex, rest);
+        vec3 p = part.base + m.p;
+        vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));
+        vec4 clip = view.clip_from_eye * vec4(p, 1.0);
+        vec2 uv = unpackHalf2x16(rest.uv);
+        uint at = (part.first_vertex + i) * VERTEX_WORDS;
+        vertices[at] = floatBitsToUint(clip.x);
+        vertices[at + 1u] = floatBitsToUint(clip.y);
+        vertices[at + 2u] = floatBitsToUint(clip.z);
+        vertices[at + 3u] = floatBitsToUint(clip.w);
+        vertices[at + 4u] = packSnorm2x16(n.xy);
+        vertices[at + 5u] = packSnorm2x16(vec2(n.z, 0.0));
+        vertices[at + 6u] = packHalf2x16(vec2(rest.x, rest.y));
+        vertices[at + 7u] = packHalf2x16(vec2(rest.z, uv.x));
+        vertices[at + 8u] = packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0)));
+        vertices[at + 9u] = packHalf2x16(vec2(rest.glow, 0.0));
+        vertices[at + 10u] = rest.color;
+        vertices[at + 11u] = index;
+    }
+}

@@ -1,0 +1,55 @@
+// A mesh, lit pixel by pixel. With TEXTURED its material's texture lies over it, by uv.
+
+#include "view.glsl"
+#include "fibre.glsl"
+#include "mesh.glsl"
+#include "water.glsl"
+#include "caustics.glsl"
+#include "hash.glsl"
+#include "light.glsl"
+#include "tissue.glsl"
+#include "shown.glsl"
+#include "mesh_light.glsl"
+#include "mesh_share.glsl"
+
+layout(location = 0) in vec3 normal;
+layout(location = 1) in vec4 place_u;
+layout(location = 2) in vec3 v_thickness_glow;
+layout(location = 3) in vec4 root_color;
+layout(location = 4) flat in uint part;
+
+layout(location = 0) out vec4 color;
+
+layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Instances { Instance instances[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Parts { Part parts[]; };
+#ifdef TEXTURED
+layout(set = 0, binding = 4) uniform sampler2DArray layers;
+#endif
+
+layout(constant_id = 2) const uint TWO_SIDED = 0u;
+layout(constant_id = 3) const uint LET_THROUGH = 0u; // a veil
+
+void main() {
+    if (!has_pixel(unpackUnorm2x16(parts[part].shares), gl_FragCoord.xy)) discard;
+    Instance instance = instances[part >> 1];
+    Material m = materials[instance.material];
+    vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
+    Skin s;
+    s.normal = normalize(normal);
+    float facing = dot(s.normal, -p);
+    s.normal = TWO_SIDED != 0u && facing < 0.0 ? -s.normal : s.normal;
+    s.place = place_u.xyz;
+    s.uv = vec2(place_u.w, v_thickness_glow.x);
+    s.thickness_cm = v_thickness_glow.y;
+    s.glow = v_thickness_glow.z;
+    s.color = vec4(root_color.rgb * root_color.rgb, root_color.a);
+    s.texture_color = vec4(0.0);
+#ifdef TEXTURED
+    vec4 found = texture(layers, vec3(s.uv.x, 1.0 - s.uv.y, float(m.layer)));
+    s.texture_color = m.layer == 0u ? s.texture_color : found;
+#endif
+    vec3 light = mesh_light(m, instance, s, p);
+    float alpha = LET_THROUGH != 0u ? veil_alpha(m, s, facing, p) : 1.0;
+    color = written(through_water(light, p), alpha, gl_FragCoord.xy);
+}

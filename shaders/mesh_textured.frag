@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// A mesh, where some material has a texture.
+
+#define TEXTURED
+#include "mesh_skin.glsl"
