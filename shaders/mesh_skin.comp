@@ -110,9 +110,9 @@ void main() {
     for (uint i = gl_LocalInvocationID.x; i < level.vertices; i += uint(SKIN_THREADS)) {
         uint vertex = level.first_vertex + i;
         RestVertex rest = rest_vertices[mesh.first_vertex + vertex];
-        Moved m;
-        if (anew) m = made_anew(instance, vertex);
-        else m = skinned(instance, mesh, level.influences, vertex, rest);
+        Moved m = skinned(instance, mesh, anew ? 0u : level.influences, vertex, rest);
+        // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
+        for (uint once = anew ? 0u : 1u; once < 1u; once++) m = made_anew(instance, vertex);
         vec3 p = part.base + m.p;
         vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));
         vec4 clip = view.clip_from_eye * vec4(p, 1.0);
