@@ -3,6 +3,7 @@
 
 pub mod artifacts;
 pub mod child;
+pub mod hostile;
 pub mod languages;
 pub mod libraries;
 pub mod own;

@@ -59,6 +59,7 @@ pub const OWN: &[Own] = &[
             "params.drag",
             "params.exponent",
             "params.stiffness",
+            "params.waves",
             "scatter.count",
             "scatter.grid",
             "scatter.scale",

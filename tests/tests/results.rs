@@ -309,7 +309,7 @@ fn a_signal_leaves_nothing_half_done_behind() {
 #[test]
 fn a_signal_leaves_no_part_of_a_film_that_its_encoder_begins_late() {
     let place = place();
-    let folder = fake("cat > /dev/null\necho late > \"$last\"\ntouch \"$0.ended\"");
+    let folder = fake("touch \"$0.begun\"\ncat > /dev/null\necho late > \"$last\"\ntouch \"$0.ended\"");
     let paths = [folder.path().to_owned(), "/usr/bin".into(), "/bin".into()];
     let mut child = render(place.path(), &place.path().join("film.mp4"))
         .args(["--frames", "1000000"])
@@ -325,7 +325,9 @@ fn a_signal_leaves_no_part_of_a_film_that_its_encoder_begins_late() {
             thread::sleep(Duration::from_millis(5));
         }
     };
-    until("the film is begun", &|| names(place.path()).len() > 1);
+    until("the film is begun", &|| {
+        names(place.path()).len() > 1 && folder.path().join("ffmpeg.begun").exists()
+    });
     // SAFETY: the child was not waited for.
     unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
     child.wait().unwrap();

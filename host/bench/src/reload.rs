@@ -188,7 +188,8 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
 
 /// Plugins that are measured: files and ids.
 pub(super) fn candidates(common: &Common) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let plugins = open::plugins(common)?;
+    let mut plugins = open::plugins(common)?;
+    plugins.wake();
     let named = |path: &Path| common.plugin_dir.iter().any(|folder| path.parent() == Some(folder));
     let all = plugins.infos().filter_map(|info| Some((info.path.clone()?, info.id.clone())));
     Ok(all.filter(|(path, _)| common.plugin_dir.is_empty() || named(path)).collect())

@@ -2,7 +2,11 @@
 
 use std::{thread, time::Duration};
 
-use reef_plugin::{bare::process::Held, pinned};
+use reef_plugin::{
+    bare::process::Held,
+    guard::{self, Part},
+    pinned,
+};
 
 use super::{
     sea::Sea,
@@ -68,6 +72,14 @@ pub(super) const CHECKS: &[Check] = &[
         run: signals,
     },
     Check {
+        name: "close-guards",
+        about: "No call blocks signals of faults, or takes the stack that their handlers run on.",
+        rule: Guide("the call is left, the message names signal, address and place"),
+        needs: &["close-returns", "load-again"],
+        of: Of::Library,
+        run: guards,
+    },
+    Check {
         name: "close-unmaps",
         about: "The library leaves the process.",
         rule: Guide("Let nothing pin the library"),
@@ -83,7 +95,7 @@ fn returns(subject: &Subject) -> Outcome {
 }
 
 /// What the process holds before and after a library's whole life: opened, a plugin of it made and stepped, closed.
-fn life(subject: &Subject) -> Result<[Held; 2], Not> {
+pub(super) fn life(subject: &Subject) -> Result<[Held; 2], Not> {
     let whole = || {
         let (_plugin, mut instance) = subject.fresh()?;
         run(&mut instance, &Sea::usual(), 0..10)?;
@@ -139,13 +151,22 @@ fn signals(subject: &Subject) -> Outcome {
     drop(reef_plugin::generation::Generation::new(1));
     let start = Held::now().handlers;
     let [_, after] = life(subject)?;
-    let changed = start ^ after.handlers;
-    must!(
-        changed == 0,
-        "the handler of signal {} is not what it was before the library was loaded",
-        changed.trailing_zeros()
-    );
-    Ok(None)
+    let changed = (0..start.len()).find(|signal| start[*signal] != after.handlers[*signal]);
+    if let Some(signal) = changed {
+        broken!("the handler of signal {signal} is not what it was before the library was loaded");
+    }
+    match guard::ever_taken(Part::Handlers) {
+        Some(taken) => broken!("it {taken}"),
+        None => Ok(None),
+    }
+}
+
+fn guards(subject: &Subject) -> Outcome {
+    life(subject)?;
+    match guard::ever_taken(Part::Thread) {
+        Some(taken) => broken!("it {taken}"),
+        None => Ok(None),
+    }
 }
 
 fn unmaps(subject: &Subject) -> Outcome {

@@ -148,7 +148,7 @@ fn pointers(subject: &Subject) -> Outcome {
 }
 
 /// Each descriptor must do: `problem` says what is wrong with one.
-fn each(subject: &Subject, problem: impl Fn(&Descriptor) -> Option<String>) -> Outcome {
+pub(super) fn each(subject: &Subject, problem: impl Fn(&Descriptor) -> Option<String>) -> Outcome {
     let all = subject.descriptors()?;
     match all.iter().find_map(|descriptor| Some((descriptor, problem(descriptor)?))) {
         Some((descriptor, problem)) => {

@@ -1,6 +1,6 @@
 //! What the host lends, and what a plugin must not get elsewhere.
 
-use reef_plugin::bare::imports::Kind;
+use reef_plugin::bare::{calls::misplaced, imports::Kind};
 use reef_streams::retained::Refused;
 
 use super::{
@@ -38,6 +38,14 @@ pub(super) const CHECKS: &[Check] = &[
         needs: FULL,
         of: Of::Plugin,
         run: threads,
+    },
+    Check {
+        name: "services-jobs",
+        about: "No job reserves or commits: that is done before and after the loop.",
+        rule: Header("reserve before parallel_for"),
+        needs: FULL,
+        of: Of::Plugin,
+        run: jobs,
     },
     Check {
         name: "services-libm",
@@ -137,6 +145,14 @@ fn threads(subject: &Subject) -> Outcome {
         }
     });
     must!(count == 0, "it called {name} {count} times");
+    Ok(None)
+}
+
+fn jobs(subject: &Subject) -> Outcome {
+    let (_plugin, mut instance) = subject.fresh()?;
+    run(&mut instance, &Sea::full(), 0..60)?;
+    let count = misplaced();
+    must!(count == 0, "in 60 steps its jobs called reserve or commit {count} times");
     Ok(None)
 }
 

@@ -14,7 +14,8 @@ use super::{
 };
 
 /// What most checks need: it steps, and two instances, or states, can be compared.
-pub(super) const WORKS: &[&str] = &["step-runs", "state-saves", "state-twice", "repeat-instances"];
+pub(super) const WORKS: &[&str] =
+    &["step-runs", "step-emits", "state-saves", "state-twice", "repeat-instances"];
 /// What checks need that load the library more than once.
 const AGAIN: &[&str] = &["repeat-instances", "load-again"];
 /// What checks in a full sea need.

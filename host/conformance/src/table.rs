@@ -1,8 +1,9 @@
 //! All checks, in the order in which they are told: each needs only such as come before it.
 
 use super::{
-    close, create, descriptor, destroy, entry, growth, input, load, output, param, param_table, repeat,
-    reset, services, size, state, state_refused, step, subject::Subject, time, verdict::Outcome,
+    close, create, descriptor, destroy, emits, entry, growth, input, load, manners, output, param,
+    param_table, repeat, reset, schema, services, size, state, state_refused, step, subject::Subject, time,
+    verdict::Outcome,
 };
 
 /// One check.
@@ -70,10 +71,13 @@ const FAMILIES: &[&[Check]] = &[
     entry::CHECKS,
     load::CHECKS,
     close::CHECKS,
+    manners::CHECKS,
     descriptor::CHECKS,
+    schema::CHECKS,
     param_table::CHECKS,
     create::CHECKS,
     step::FIRST,
+    emits::CHECKS,
     state::FIRST,
     repeat::FIRST,
     step::CHECKS,

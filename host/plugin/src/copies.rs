@@ -9,7 +9,7 @@ use std::{
 
 use tempfile::NamedTempFile;
 
-use super::{error::Refusal, image::Image};
+use super::{error::Refusal, image::Image, life::PASSED_OVER};
 
 /// Where copies are written, the best place first: in memory, because a disk that is busy holds a reload up for several
 /// steps, and in the folder of temporary files. Somebody who sets that knows best.
@@ -34,15 +34,17 @@ fn runs_from(folder: &str) -> bool {
     })
 }
 
-/// Copies a library's file and opens the copy, which is removed then; in the first folder in which both work.
+/// Copies a library's file and opens the copy, which is removed then; in the first folder in which both work. The copy's
+/// loader passes over what stands at `tags`.
 pub(super) fn with_copy<T>(
     path: &Path,
     image: &Image<'_>,
+    tags: &[u64],
     open: impl Fn(&Path) -> Result<T, Refusal>,
 ) -> Result<(T, PathBuf), Refusal> {
     let mut refused = Refusal::Machine("there is no folder for copies".into());
     for folder in folders() {
-        let opened = match copy(path, image, &folder) {
+        let opened = match copy(path, image, tags, &folder) {
             Ok(copy) => open(copy.path()).map(|opened| (opened, copy.path().to_owned())),
             Err(error) => Err(Refusal::Machine(format!(
                 "it cannot be copied to {} (set TMPDIR): {error}",
@@ -58,7 +60,7 @@ pub(super) fn with_copy<T>(
     Err(refused)
 }
 
-fn copy(path: &Path, image: &Image<'_>, folder: &Path) -> io::Result<NamedTempFile> {
+fn copy(path: &Path, image: &Image<'_>, tags: &[u64], folder: &Path) -> io::Result<NamedTempFile> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{stem}-");
     let suffix = env::consts::DLL_SUFFIX;
@@ -66,6 +68,10 @@ fn copy(path: &Path, image: &Image<'_>, folder: &Path) -> io::Result<NamedTempFi
     for (start, bytes) in image.parts() {
         file.seek(SeekFrom::Start(start))?;
         file.write_all(bytes)?;
+    }
+    for tag in tags {
+        file.seek(SeekFrom::Start(*tag))?;
+        file.write_all(&PASSED_OVER.to_ne_bytes())?;
     }
     file.as_file().set_len(image.length())?;
     Ok(file)

@@ -9,12 +9,13 @@ use std::{
     sync::{
         Arc, Condvar, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
+        mpsc,
     },
     thread::{self, JoinHandle, ThreadId},
 };
 
 use super::{
-    guard::{self, Fate, Resident, Watch},
+    guard::{self, Fate, Fault, Name, Resident, Watch},
     health::Health,
     pool::{self, Pool, STACK},
 };
@@ -29,6 +30,8 @@ pub struct Generation {
     control_thread: Option<JoinHandle<()>>,
     control_id: ThreadId,
     pool: Arc<Pool>,
+    /// Of the plugin that is called first, for the program's last words.
+    name: OnceLock<&'static Name>,
 }
 
 /// A task of [`Generation::run`] on its way to the control thread.
@@ -81,7 +84,8 @@ impl Generation {
         };
         let control_id = thread.thread().id();
         let quarantine = OnceLock::new();
-        Ok(Self { fate, quarantine, control, control_thread: Some(thread), control_id, pool })
+        let (control_thread, name) = (Some(thread), OnceLock::new());
+        Ok(Self { fate, quarantine, control, control_thread, control_id, pool, name })
     }
 
     /// Number of the generation; never used again.
@@ -160,15 +164,30 @@ impl Generation {
         if let Some(Health::Faulty(message) | Health::Stopped(message)) = self.quarantine() {
             return Err(message.clone());
         }
-        let watch = if call == "step" { Watch::Step } else { Watch::Other };
-        let outcome = self.run(|| self.fate.watched(watch, || guard::guarded(&self.fate, code)).map(then));
-        outcome.map_err(|fault| {
-            let message = fault.describe(plugin, call);
-            self.fate.quarantine();
-            // A second fault cannot come before the first was noted: calls take turns, and this one's caller waits.
-            let _ = self.quarantine.set(Health::Faulty(message.clone()));
-            message
-        })
+        let watch = Watch::of(call);
+        if watch == Watch::Step {
+            guard::enters(self.name.get_or_init(|| guard::keep(plugin)));
+        }
+        let outcome = self.run(|| {
+            if watch != Watch::Step {
+                guard::put_in_place();
+            }
+            let outcome = self.fate.watched(watch, || guard::guarded(&self.fate, code)).map(then);
+            if let Some(taken) = guard::put_back(&self.fate) {
+                tracing::warn!("plugin `{plugin}`: {call} {taken}; the host's own is back in place");
+            }
+            outcome
+        });
+        outcome.map_err(|fault| self.condemn(&fault, plugin, call))
+    }
+
+    /// The generation's code is never called again, because of this fault. Returns the message.
+    fn condemn(&self, fault: &Fault, plugin: &str, call: &'static str) -> String {
+        let message = fault.describe(plugin, call);
+        self.fate.quarantine();
+        // A second fault cannot come before the first was noted: calls take turns, and this one's caller waits.
+        let _ = self.quarantine.set(Health::Faulty(message.clone()));
+        message
     }
 }
 
@@ -235,26 +254,63 @@ impl Control {
 
 impl Generation {
     /// Ends the threads and waits for them. Nothing may run on them afterwards. Threads of a quarantined generation are left
-    /// to sleep for ever: their end would run thread-local destructors of its library.
-    pub(crate) fn join(&mut self) {
+    /// to sleep for ever: their end would run thread-local destructors of its library. Err: what one of these did.
+    fn join(&mut self) -> Result<(), Fault> {
         if self.fate.is_quarantined() {
             self.control_thread = None;
-            return;
+            return Ok(());
         }
-        self.pool.stop();
+        let mut threads = self.pool.dismiss();
         *self.control.lock() = Slot::Quit;
         self.control.asked.store(true, Ordering::Release);
         self.control.changed.notify_all();
-        if let Some(thread) = self.control_thread.take() {
-            // The thread catches every panic; there is nobody left to tell of another.
-            let _ = thread.join();
-        }
+        threads.extend(self.control_thread.take());
+        guard::join(&self.fate, threads)
+    }
+
+    /// The library's end: its threads' (thread-local destructors would keep it mapped), then, on one more thread, watched and
+    /// guarded, `destructors`. Err, with the message: it must stay as it is.
+    pub(crate) fn end(
+        &mut self,
+        library: &str,
+        destructors: impl FnOnce() + Send + 'static,
+    ) -> Result<(), String> {
+        const CALL: &str = "unload";
+        let ended = self.join().and_then(|()| {
+            let fate = self.fate.clone();
+            let (tell, told) = mpsc::sync_channel(1);
+            let work = move || {
+                let resident = Resident::new(&fate);
+                let outcome = fate.watched(Watch::End, || guard::guarded(&fate, destructors));
+                let failed = outcome.is_err();
+                drop(resident);
+                // The other end waits for it.
+                let _ = tell.send(outcome);
+                if failed {
+                    // Its end would run destructors of what was at fault.
+                    loop {
+                        thread::park();
+                    }
+                }
+            };
+            let name = "reef-unload".to_owned();
+            // Where there is no room for a thread, nothing is run: what the library has to do at its end is left out.
+            let Ok(thread) = thread::Builder::new().name(name).stack_size(STACK).spawn(work) else {
+                return Ok(());
+            };
+            told.recv().unwrap_or(Ok(()))?;
+            guard::join(&self.fate, vec![thread])
+        });
+        ended.map_err(|fault| self.condemn(&fault, library, CALL))
     }
 }
 
 impl Drop for Generation {
     fn drop(&mut self) {
-        self.join();
+        if let Err(fault) = self.join() {
+            let message = self.condemn(&fault, "linked", "unload");
+            tracing::warn!("{message}");
+        }
     }
 }
 

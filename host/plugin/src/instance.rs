@@ -17,12 +17,14 @@ use super::{
     health::Health,
     info::PluginInfo,
     input::StepInput,
+    lent::Lent,
     library::Plugin,
     marker,
     names::status_name,
     recorder::Recorder,
     services::{Figure, Services},
     streams::Outputs,
+    tag::Tag,
 };
 
 /// Largest state of one instance [bytes].
@@ -67,7 +69,8 @@ pub struct StepTimes {
 #[derive(Debug)]
 pub struct Instance {
     pub(super) raw: Raw,
-    pub(super) recorder: Recorder,
+    pub(super) recorder: Box<Recorder>,
+    lent: Lent,
     health: Health,
     times: StepTimes,
     // Dropped in this order: the services' pool before the library that owns its threads.
@@ -136,7 +139,8 @@ impl Plugin {
         }
         Ok(Instance {
             raw,
-            recorder: Recorder::new(),
+            recorder: Box::new(Recorder::new()),
+            lent: Lent::default(),
             health: Health::Running,
             times: StepTimes::default(),
             services,
@@ -262,10 +266,11 @@ impl Instance {
         };
         self.services.begin_step(input);
         self.recorder.begin();
-        let (raw, recorder) = (self.raw, &mut self.recorder);
-        let heightfield = input.raw_heightfield();
-        let step_input = Shown(input.raw(heightfield.as_ref(), events));
+        let (raw, recorder) = (self.raw, &mut *self.recorder);
+        let step_input = Shown(self.lent.step(input, events));
         let output = Shown(recorder.table());
+        // The plugin may have changed its table: what the host goes on with is its own.
+        let own = Pointer((&raw mut *recorder).cast());
         let began = Instant::now();
         let (step_input, output) = (&step_input, &output);
         let code = move || {
@@ -281,15 +286,17 @@ impl Instance {
                 return (status, [code, Duration::ZERO], Ok(()));
             }
             let returned = Instant::now();
-            let Shown(output) = output;
-            // SAFETY: the table's context is the recorder; the plugin's call is over, and its jobs with it.
-            let recorder = unsafe { &mut *output.ctx.cast::<Recorder>() };
+            let Pointer(own) = { own };
+            // SAFETY: this instance's recorder; the plugin's call is over, and its jobs with it.
+            let recorder = unsafe { &mut *own.cast::<Recorder>() };
             let share = |count: usize, job: &(dyn Fn(usize) + Sync)| pool.share(count, job);
-            let checked = recorder.finish(flags, (services.textures(), services.meshes()), &share);
+            let made = (services.textures(), services.meshes());
+            let checked = services.scratch_is_whole().and_then(|()| recorder.finish(flags, made, &share));
             (status, [code, returned.elapsed()], checked)
         };
         let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);
         self.services.end_step();
+        self.recorder.end();
         let whole = began.elapsed();
         let mut took = [Duration::ZERO; 2];
         let report = match outcome {
@@ -384,6 +391,7 @@ impl Instance {
     pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
         let generation = generation(&self.plugin)?.number();
         let mut sink = Sink { generation, room: LARGEST_STATE, ..Sink::default() };
+        sink.tag.set();
         let sink_pointer = Pointer((&raw mut sink).cast());
         self.call("save_state", move |ctx, raw| {
             let Pointer(sink) = { sink_pointer };
@@ -421,7 +429,8 @@ impl Instance {
                 readable.end()
             )));
         }
-        let mut source = Source { rest: envelope.payload, most: usize::MAX };
+        let mut source = Source { rest: envelope.payload, most: usize::MAX, tag: Tag::default() };
+        source.tag.set();
         let source_pointer = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
             let Pointer(source) = { source_pointer };
@@ -465,14 +474,20 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // The function cannot fail, and a closed library has no instances. After a fault of the library it is not called.
-        let _ = self.call("destroy", |ctx, raw| {
+        if generation(&self.plugin).is_ok_and(|generation| generation.quarantine().is_some()) {
+            return;
+        }
+        let destroyed = self.call("destroy", |ctx, raw| {
             raw.destroy.map(|destroy| {
                 // SAFETY: the last call on the instance, on its control thread.
                 unsafe { destroy(ctx) };
                 abi::OK
             })
         });
+        // The function itself cannot fail.
+        if let Err((_, PluginError::Fault { message, .. })) = destroyed {
+            tracing::warn!("{message}");
+        }
     }
 }
 
@@ -496,12 +511,19 @@ pub(super) struct Sink {
     /// Most bytes that it takes.
     pub(super) room: usize,
     pub(super) overflow: bool,
+    pub(super) tag: Tag,
 }
 
 pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
     guard::require_stack();
+    let sink = ctx.cast::<Sink>();
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    if sink.is_null() || !sink.is_aligned() || unsafe { !(*sink).tag.is_set() } {
+        guard::leave_foreign("write");
+        return abi::BAD_INPUT;
+    }
     // SAFETY: the context of `save`'s sink, which nobody else uses during the call.
-    let sink = unsafe { &mut *ctx.cast::<Sink>() };
+    let sink = unsafe { &mut *sink };
     let fits =
         usize::try_from(length).is_ok_and(|length| sink.bytes.len().saturating_add(length) <= sink.room);
     if !fits {
@@ -527,11 +549,18 @@ pub(super) struct Source<'a> {
     pub(super) rest: &'a [u8],
     /// Most bytes that it gives at once.
     pub(super) most: usize,
+    pub(super) tag: Tag,
 }
 
 pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
+    let source = ctx.cast::<Source<'_>>();
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    if source.is_null() || !source.is_aligned() || unsafe { !(*source).tag.is_set() } {
+        guard::leave_foreign("read");
+        return 0;
+    }
     // SAFETY: the context of `load`'s source, which nobody else uses during the call.
-    let source = unsafe { &mut *ctx.cast::<Source<'_>>() };
+    let source = unsafe { &mut *source };
     if bytes.is_null() {
         return 0;
     }

@@ -21,7 +21,9 @@ use super::{
     image::Image,
     info::{self, PluginInfo, read_sized},
     inspect::{self, CONTRACT, Head},
+    life::{self, Life},
     names::{status_name, version_text},
+    probe,
     services::Services,
 };
 
@@ -91,6 +93,17 @@ struct Loaded {
     address: usize,
     /// The copy's, under which the system's loader knows it. The file itself is gone.
     name: PathBuf,
+    /// The file's that it is a copy of, in messages.
+    file: String,
+    /// Its constructors ran: its destructors will.
+    begun: Option<Begun>,
+}
+
+/// A library whose constructors the host ran.
+#[derive(Clone, Debug)]
+struct Begun {
+    life: Life,
+    base: usize,
 }
 
 /// Libraries that were closed and stayed in the process all the same.
@@ -118,28 +131,52 @@ impl Library {
         Self::open_image(path, image, workers)?.describe()
     }
 
+    /// The same for a build that nobody has loaded yet, where a sea runs: another process's loader takes it first.
+    pub fn load_new_image(
+        path: &Path,
+        image: &Image<'_>,
+        workers: usize,
+    ) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+        Self::open_with(path, image, workers, probe::glance)?.describe()
+    }
+
     /// Loads and opens a library whose descriptors nobody has read yet.
     pub fn open_image(path: &Path, image: &Image<'_>, workers: usize) -> Result<Self, Refusal> {
+        Self::open_with(path, image, workers, |_| Ok(()))
+    }
+
+    /// The same, when `look` has looked at the copy that is about to be loaded.
+    fn open_with(
+        path: &Path,
+        image: &Image<'_>,
+        workers: usize,
+        look: impl Fn(&Path) -> Result<(), Refusal>,
+    ) -> Result<Self, Refusal> {
         let head = inspect::inspect(image)?;
         let note = inspect::judge(head, CONTRACT)?;
         let generation = start(workers)?;
         let name = file_name(path);
-        // Constructors of the library run here: not on the caller's thread.
-        let open =
-            |copy: &Path| generation.enter(&name, "load", || open_file(copy)).map_err(Refusal::Fault)?;
-        let ((handle, address), copy) = copies::with_copy(path, image, open)?;
-        let (loaded, entry) = (Loaded { handle, address, name: copy }, address);
+        let life = Life::of(image);
+        // Constructors of what the library needs run here: not on the caller's thread.
+        let open = |copy: &Path| {
+            look(copy)?;
+            generation.enter(&name, "load", || open_file(copy)).map_err(Refusal::Fault)?
+        };
+        let ((handle, base, address), copy) = copies::with_copy(path, image, life.tags(), open)?;
+        let (loaded, entry) =
+            (Loaded { handle, address, name: copy, file: name.clone(), begun: None }, address);
         generation.fate().set_text(Text::of(address));
         // From here on, dropping `open` unloads the library again.
         let services = Services::new(&generation, &name);
+        let mut open = Open { entry: Entry(NO_ENTRY), services, generation, loaded: Some(loaded) };
+        open.claim_address()?;
+        open.begin(&name, Begun { life, base })?;
         // SAFETY: `inspect` found an exported entry of this contract at the symbol, which is as long as it says.
         let entry = unsafe { read_entry(entry as *const abi::Entry) };
-        let mut open = Open { entry: Entry(NO_ENTRY), services, generation, loaded: Some(loaded) };
         let seen = Head { size: entry.size, version: entry.version, header_hash: entry.header_hash };
         if entry.magic != abi::MAGIC || seen != head {
             return Err(Refusal::BadEntry("in memory it differs from the file".into()));
         }
-        open.claim_address()?;
         open.entry = Entry(entry);
         Self::open(open, Some(path.to_owned()), note)
     }
@@ -237,6 +274,10 @@ impl Library {
     fn close_open(&mut self) -> Result<(), String> {
         let name = self.name();
         let Some(open) = self.open.take() else { return Ok(()) };
+        if open.generation.quarantine().is_some() {
+            // It was told when that happened.
+            return Ok(());
+        }
         match open.entry.0.close {
             // SAFETY: open() succeeded, and no instance is left: each holds this library.
             Some(close) => open.generation.enter(&name, "close", || unsafe { close() }),
@@ -297,12 +338,35 @@ impl Plugin {
 impl Drop for Library {
     fn drop(&mut self) {
         if let Err(message) = self.close_open() {
-            tracing::debug!("{message}");
+            tracing::warn!("{message}");
         }
     }
 }
 
 impl Open {
+    /// Runs the library's constructors on the control thread, which are watched and guarded.
+    fn begin(&mut self, name: &str, begun: Begun) -> Result<(), Refusal> {
+        let Begun { life, base } = &begun;
+        // SAFETY: loaded there a moment ago without what the loader would have run: this is the first run.
+        let run = || unsafe { life.begin(*base) };
+        self.generation.enter(name, "load", run).map_err(Refusal::Fault)?;
+        if let Some(loaded) = &mut self.loaded {
+            loaded.begun = Some(begun);
+        }
+        Ok(())
+    }
+
+    /// Ends the library's threads and runs its destructors; Err: what they did in the place of returning.
+    fn end(&mut self, file: &str, begun: Option<Begun>) -> Result<(), String> {
+        let destructors = move || {
+            if let Some(Begun { life, base }) = begun {
+                // SAFETY: the constructors ran; no instance is left, and no thread that ran the library's code.
+                unsafe { life.end(base) };
+            }
+        };
+        self.generation.end(file, destructors)
+    }
+
     /// Refuses code that belongs to a library that is loaded already.
     fn claim_address(&mut self) -> Result<(), Refusal> {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
@@ -321,17 +385,20 @@ impl Open {
 
 impl Drop for Open {
     fn drop(&mut self) {
-        let Some(Loaded { handle, address, name }) = self.loaded.take() else { return };
+        let Some(Loaded { handle, address, name, file, begun }) = self.loaded.take() else { return };
         if self.generation.quarantine().is_some() {
             // Its memory may be in any state, and its threads sleep for ever: it stays as it is.
             std::mem::forget(handle);
             return;
         }
+        if let Err(message) = self.end(&file, begun) {
+            tracing::warn!("{message}, and stays in memory");
+            std::mem::forget(handle);
+            return;
+        }
         // The watchdog has nothing to take away from now on.
         self.generation.fate().set_text(None);
-        // Thread-local destructors of the library's code would keep it mapped: its threads end first.
-        self.generation.join();
-        // Destructors of the library run in here: on a thread of their own, not on the caller's.
+        // Destructors of what the library needed run in here: on a thread of their own, not on the caller's.
         let closer = thread::Builder::new().name("reef-unload".into()).spawn(move || drop(handle));
         if let Ok(closer) = closer {
             // A destructor that panics would abort; there is nothing else to tell.
@@ -384,18 +451,29 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Opens a file with the system's loader and finds the entry. Runs the library's constructors.
-fn open_file(path: &Path) -> Result<(libloading::Library, usize), Refusal> {
+/// Opens a file with the system's loader and finds where it is loaded (0: the loader does not say) and its entry. Runs the
+/// constructors of what the library needs.
+fn open_file(path: &Path) -> Result<(libloading::Library, usize, usize), Refusal> {
     #[cfg(unix)]
-    // SAFETY: constructors of the library run: it was found to be a plugin, and the person who placed it there trusts it.
-    let handle = unsafe {
+    // SAFETY: code runs: the library was found to be a plugin, and the person who placed it there trusts what it needs.
+    let (handle, base) = unsafe {
         use libloading::os::unix;
-        unix::Library::open(Some(path), unix::RTLD_NOW | unix::RTLD_LOCAL).map(libloading::Library::from)
+        let handle = unix::Library::open(Some(path), unix::RTLD_NOW | unix::RTLD_LOCAL)
+            .map_err(|error| Refusal::Load(describe_load(&error)))?
+            .into_raw();
+        // SAFETY: the handle, which was just opened.
+        let base = life::base(handle);
+        (libloading::Library::from(unix::Library::from_raw(handle)), base)
     };
     #[cfg(not(unix))]
     // SAFETY: as above.
-    let handle = unsafe { libloading::Library::new(path) };
-    let handle = handle.map_err(|error| Refusal::Load(describe_load(&error)))?;
+    let (handle, base) = unsafe {
+        let handle = libloading::Library::new(path);
+        (handle.map_err(|error| Refusal::Load(describe_load(&error)))?, Some(0))
+    };
+    let Some(base) = base else {
+        return Err(Refusal::Load("the system's loader does not say where it is".into()));
+    };
     // SAFETY: the symbol is data; only its address is taken, as a number.
     let address = unsafe {
         let symbol = handle.get::<*const abi::Entry>(abi::ENTRY_SYMBOL).map_err(|_| Refusal::NoEntry)?;
@@ -404,7 +482,7 @@ fn open_file(path: &Path) -> Result<(libloading::Library, usize), Refusal> {
     if address == 0 || address % align_of::<abi::Entry>() != 0 {
         return Err(Refusal::BadEntry("its address is odd".into()));
     }
-    Ok((handle, address))
+    Ok((handle, base, address))
 }
 
 /// The loader's own words, which libloading keeps as the source.

@@ -16,6 +16,8 @@ pub(crate) enum Place {
     Plugin(u64),
     /// In a service of the host, called by that generation.
     Service(u64),
+    /// At the end of a thread of that generation, where destructors of thread-locals run.
+    Ending(u64),
 }
 
 impl Place {
@@ -25,6 +27,7 @@ impl Place {
             Self::Host => 0,
             Self::Plugin(generation) => generation << 2 | 1,
             Self::Service(generation) => generation << 2 | 2,
+            Self::Ending(generation) => generation << 2 | 3,
         }
     }
 
@@ -32,6 +35,7 @@ impl Place {
         match bits & 3 {
             1 => Self::Plugin(bits >> 2),
             2 => Self::Service(bits >> 2),
+            3 => Self::Ending(bits >> 2),
             _ => Self::Host,
         }
     }
@@ -47,7 +51,7 @@ struct Here {
     place: u64,
     /// The worker index while a job of `parallel_for` runs.
     job: u32,
-    /// The record of the innermost guarded call, or NULL.
+    /// The record of the innermost guarded call, or NULL; at a thread's end, the fate of its generation.
     frame: *mut (),
 }
 
@@ -152,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_place_is_one_word() {
-        for place in [Place::Host, Place::Plugin(7), Place::Service(1 << 40)] {
+        for place in [Place::Host, Place::Plugin(7), Place::Service(1 << 40), Place::Ending(5)] {
             assert_eq!(Place::from_bits(place.to_bits()), place);
         }
     }

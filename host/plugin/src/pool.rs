@@ -201,27 +201,25 @@ impl Pool {
 }
 
 impl Pool {
-    /// Ends the threads and waits for them. No loop may be started afterwards. Threads of a quarantined generation are left
-    /// to sleep for ever: their end would run thread-local destructors of its library.
-    pub(crate) fn stop(&self) {
+    /// Lets the threads end, and hands them over. No loop may be started afterwards. Threads of a quarantined generation are
+    /// left to sleep for ever: their end would run thread-local destructors of its library.
+    pub(crate) fn dismiss(&self) -> Vec<JoinHandle<()>> {
         if self.shared.fate.is_quarantined() {
-            return;
+            return Vec::new();
         }
         self.shared.quit.store(true, Ordering::SeqCst);
         {
             let _guard = self.shared.sleep.lock().unwrap_or_else(PoisonError::into_inner);
             self.shared.wake.notify_all();
         }
-        for thread in self.threads.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            // A worker does not panic; were it to, there is nobody left to tell.
-            let _ = thread.join();
-        }
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect()
     }
 }
 
 impl Drop for Pool {
     fn drop(&mut self) {
-        self.stop();
+        // A pool of its own, or one that could not start all of its threads: no plugin's code ran on them.
+        let _ = guard::join(&self.shared.fate, self.dismiss());
     }
 }
 
@@ -337,6 +335,7 @@ impl Shared {
             if watch(something) {
                 continue;
             }
+            guard::put_back_jobs(&self.fate);
             let mut guard = self.sleep.lock().unwrap_or_else(PoisonError::into_inner);
             self.sleepers.fetch_add(1, Ordering::SeqCst);
             while !something() {

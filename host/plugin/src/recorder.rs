@@ -1,7 +1,13 @@
 //! `reef_output`: takes a step's elements into memory of the host. Two sets of outputs take turns (more while the renderer
 //! holds on to older ones), so that after the first steps nothing is allocated.
 
-use std::{ffi::c_void, sync::Arc};
+use std::{
+    ffi::c_void,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 use reef_abi as abi;
 
@@ -10,11 +16,21 @@ use super::{
     meshes::MeshList,
     names::version_text,
     streams::{Lane, Outputs, Retained, STREAMS, Stream, check},
+    tag::Tag,
     textures::TextureList,
 };
 
 /// Sets of outputs that are kept for reuse.
 const SPARE: usize = 4;
+
+/// How often jobs called what only a step may.
+static MISPLACED: AtomicU64 = AtomicU64::new(0);
+
+/// How often jobs called what only a step may.
+#[cfg(target_os = "linux")]
+pub(super) fn misplaced() -> u64 {
+    MISPLACED.load(Ordering::Relaxed)
+}
 
 /// What happened to a stream in this step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,6 +56,8 @@ pub(crate) struct Recorder {
     /// As `message`, of calls that fail the step: a plugin that ignores their status must not pass.
     refused: Option<String>,
     checker: check::Checker,
+    /// Set while a step runs.
+    tag: Tag,
 }
 
 impl Recorder {
@@ -53,6 +71,7 @@ impl Recorder {
             message: None,
             refused: None,
             checker: check::Checker::default(),
+            tag: Tag::default(),
         }
     }
 
@@ -80,8 +99,9 @@ impl Recorder {
         self.progress.get(stream as usize)?.committed
     }
 
-    /// A step begins.
+    /// A step begins. The recorder stays where it is until [`Recorder::end`].
     pub(crate) fn begin(&mut self) {
+        self.tag.set();
         self.progress = Default::default();
         self.message = None;
         self.refused = None;
@@ -90,6 +110,11 @@ impl Recorder {
             let free = self.spare.iter_mut().rposition(|outputs| Arc::get_mut(outputs).is_some());
             self.staging = Some(free.map(|free| self.spare.remove(free)).unwrap_or_default());
         }
+    }
+
+    /// The step is over: nothing comes in any more.
+    pub(crate) fn end(&mut self) {
+        self.tag.clear();
     }
 
     fn staging(staging: &mut Option<Arc<Outputs>>) -> Option<&mut Outputs> {
@@ -122,6 +147,9 @@ impl Recorder {
     ) -> Result<(), String> {
         if let Some(message) = &self.refused {
             return Err(message.clone());
+        }
+        for stream in &STREAMS {
+            self.look_at_fence(stream.number).map_err(|(_, message)| message)?;
         }
         let progress = self.progress;
         let committed = |stream: u32| progress[stream as usize].committed;
@@ -183,7 +211,25 @@ impl Recorder {
         Ok(start)
     }
 
+    /// Did the plugin write behind the room that it reserved?
+    fn look_at_fence(&mut self, stream: u32) -> Result<(), (i32, String)> {
+        let reserved = self.progress.get(stream as usize).and_then(|progress| progress.reserved);
+        let (Some(count), Some(staging)) = (reserved, Self::staging(&mut self.staging)) else {
+            return Ok(());
+        };
+        let lane = self.retained.lane(stream).or_else(|| staging.lane(stream));
+        if lane.is_none_or(|lane| lane.is_fenced(count as usize)) {
+            return Ok(());
+        }
+        let name = Stream::numbered(stream).map_or("unknown", |stream| stream.name);
+        Err((
+            abi::BAD_INPUT,
+            format!("stream {name}: more was written than the {count} elements that were reserved"),
+        ))
+    }
+
     fn commit(&mut self, stream: u32, count: u64) -> Result<(), (i32, String)> {
+        self.look_at_fence(stream)?;
         let name = Stream::numbered(stream).map_or("unknown", |stream| stream.name);
         match self.progress.get_mut(stream as usize) {
             Some(Progress { reserved: Some(reserved), committed }) if count <= *reserved => {
@@ -203,12 +249,21 @@ impl Recorder {
 ///
 /// # Safety
 /// `ctx` is NULL or the context of [`Recorder::table`], whose step runs on this thread.
-unsafe fn recorder<'a>(ctx: *mut c_void) -> Option<&'a mut Recorder> {
-    if marker::current_job().is_some() || marker::place() == marker::Place::Host {
+unsafe fn recorder<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a mut Recorder> {
+    if marker::current_job().is_some() {
+        MISPLACED.fetch_add(1, Ordering::Relaxed);
+    }
+    if marker::current_job().is_some() || !matches!(marker::place(), marker::Place::Plugin(_)) {
         return None; // A job, or a thread of the plugin's own: others may be in here.
     }
-    // SAFETY: the caller's promise.
-    unsafe { ctx.cast::<Recorder>().as_mut() }
+    let recorder = ctx.cast::<Recorder>();
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    if !recorder.is_aligned() || recorder.is_null() || unsafe { !(*recorder).tag.is_set() } {
+        guard::leave_foreign(service);
+        return None;
+    }
+    // SAFETY: the mark says that it is the recorder of the step that runs, on this thread.
+    unsafe { recorder.as_mut() }
 }
 
 /// The thread is in the host until `service` returned.
@@ -228,7 +283,7 @@ unsafe extern "C" fn reserve(
 ) -> i32 {
     guard::require_stack();
     // SAFETY: the contract's pointer.
-    let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
+    let Some(recorder) = (unsafe { recorder(ctx, "reserve") }) else { return abi::BAD_INPUT };
     if out.is_null() || !out.is_aligned() {
         return recorder.refuse(abi::BAD_INPUT, "reserve: the result's place is NULL or misaligned".into());
     }
@@ -246,7 +301,7 @@ unsafe extern "C" fn reserve(
 unsafe extern "C" fn commit(ctx: *mut c_void, stream: u32, count: u64) -> i32 {
     guard::require_stack();
     // SAFETY: the contract's pointer.
-    let Some(recorder) = (unsafe { recorder(ctx) }) else { return abi::BAD_INPUT };
+    let Some(recorder) = (unsafe { recorder(ctx, "commit") }) else { return abi::BAD_INPUT };
     in_service(|| match recorder.commit(stream, count) {
         Ok(()) => abi::OK,
         Err((status, message)) => recorder.refuse(status, message),

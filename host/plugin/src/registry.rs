@@ -3,7 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, OnceLock},
 };
 
 use reef_abi as abi;
@@ -11,7 +11,9 @@ use reef_abi as abi;
 use super::{
     error::Refusal,
     info::PluginInfo,
+    inspect,
     library::{Library, Plugin, looks_like_a_library},
+    probe,
 };
 
 /// A file that is not used.
@@ -23,10 +25,51 @@ pub struct Refused {
     pub reason: Refusal,
 }
 
+/// A library that was tried before and that nobody has asked for yet.
+#[derive(Debug)]
+struct Dormant {
+    path: PathBuf,
+    /// Those of its plugins that count.
+    ids: Vec<String>,
+    workers: usize,
+    plugins: OnceLock<Vec<Plugin>>,
+}
+
+impl Dormant {
+    /// Loads it.
+    fn load(&self) -> Result<Vec<Plugin>, Refusal> {
+        let (library, plugins) = load(&self.path, self.workers)?;
+        for note in library.notes() {
+            tracing::info!("{}: {note}", self.path.display());
+        }
+        Ok(plugins.into_iter().filter(|plugin| self.ids.contains(&plugin.info().id)).collect())
+    }
+
+    /// Its plugins, loaded now where nobody asked before.
+    fn plugins(&self) -> &[Plugin] {
+        self.plugins.get_or_init(|| {
+            self.load().unwrap_or_else(|refusal| {
+                tracing::warn!("{} {refusal}", self.path.display());
+                Vec::new()
+            })
+        })
+    }
+}
+
+/// Loads a file that another process loads first, where nobody knows it.
+fn load(path: &Path, workers: usize) -> Result<(Arc<Library>, Vec<Plugin>), Refusal> {
+    let image = inspect::read(path)?;
+    probe::look(path, &image)?;
+    Library::load_image(path, &image, workers)
+}
+
 /// The plugins of this run.
 #[derive(Clone, Debug, Default)]
 pub struct Registry {
     plugins: Vec<Plugin>,
+    dormant: Vec<Arc<Dormant>>,
+    /// All that is found is loaded, asked for or not.
+    eager: bool,
     refused: Vec<Refused>,
     notes: Vec<(PathBuf, String)>,
 }
@@ -37,20 +80,30 @@ impl Registry {
         Self::default()
     }
 
-    /// Loads what lies in `folders` (in this order, by name within each), then what lies beside the program. The first
-    /// library with an id wins; others are refused. Libraries beside the program that are no plugins are passed over.
+    /// Finds what lies in `folders` (in this order, by name within each), then what lies beside the program. The first
+    /// library with an id wins; others are refused. Libraries beside the program that are no plugins are passed over. Where
+    /// builds are tried by another process, only plugins that somebody asks for are loaded here.
     pub fn find(folders: &[PathBuf], workers: usize) -> Self {
-        let mut registry = Self::new();
-        for folder in folders {
-            registry.load_folder(folder, workers, true);
-        }
-        if let Some(beside) = std::env::current_exe().ok().as_deref().and_then(Path::parent) {
-            registry.load_folder(beside, workers, false);
-        }
-        registry
+        Self::new().search(folders, workers)
     }
 
-    /// Loads all libraries in a folder. `asked_for`: somebody named this folder, so all refusals are worth a word.
+    /// The same, with all of them loaded.
+    pub fn find_all(folders: &[PathBuf], workers: usize) -> Self {
+        Self { eager: true, ..Self::new() }.search(folders, workers)
+    }
+
+    fn search(mut self, folders: &[PathBuf], workers: usize) -> Self {
+        for folder in folders {
+            self.load_folder(folder, workers, true);
+        }
+        if let Some(beside) = std::env::current_exe().ok().as_deref().and_then(Path::parent) {
+            self.load_folder(beside, workers, false);
+        }
+        probe::rest();
+        self
+    }
+
+    /// Finds all libraries in a folder. `asked_for`: somebody named this folder, so all refusals are worth a word.
     pub fn load_folder(&mut self, folder: &Path, workers: usize, asked_for: bool) {
         let entries = match fs::read_dir(folder) {
             Ok(entries) => entries,
@@ -69,7 +122,7 @@ impl Registry {
                     .push((newer.clone(), format!("is newer than {} and used in its place", path.display())));
                 path = newer;
             }
-            match self.load(&path, workers) {
+            match self.meet(&path, workers) {
                 Ok(()) => {}
                 // Nobody asked for what lies beside the program: other libraries, and older copies of a plugin that a
                 // named folder replaces, are no mistake.
@@ -82,9 +135,60 @@ impl Registry {
         }
     }
 
+    /// Takes a file up: loads it, or knows what is in it without that.
+    fn meet(&mut self, path: &Path, workers: usize) -> Result<(), Refusal> {
+        if self.eager {
+            return self.load(path, workers);
+        }
+        let Some(mut ids) = probe::look(path, &inspect::read(path)?)? else {
+            return self.load(path, workers);
+        };
+        let taken =
+            ids.iter().find_map(|id| Some(Refusal::Duplicate { id: id.clone(), first: self.home(id)? }));
+        ids.retain(|id| self.home(id).is_none());
+        if !ids.is_empty() {
+            let dormant = Dormant { path: path.to_owned(), ids, workers, plugins: OnceLock::new() };
+            self.dormant.push(Arc::new(dormant));
+        }
+        taken.map_or(Ok(()), Err)
+    }
+
+    /// Where the plugin with this id came from, for people; None: nobody knows it.
+    fn home(&self, id: &str) -> Option<String> {
+        if let Some(plugin) = self.plugins.iter().find(|plugin| plugin.info().id == id) {
+            let path = plugin.info().path.as_ref();
+            return Some(path.map_or_else(|| "linked".to_owned(), |path| path.display().to_string()));
+        }
+        let dormant = self.dormant.iter().find(|dormant| dormant.ids.iter().any(|known| known == id));
+        dormant.map(|dormant| dormant.path.display().to_string())
+    }
+
+    /// Loads all that was found and not asked for yet. What fails then is refused.
+    pub fn wake(&mut self) {
+        self.absorb();
+        for dormant in std::mem::take(&mut self.dormant) {
+            match dormant.load() {
+                Ok(plugins) => self.plugins.extend(plugins),
+                Err(reason) => self.refused.push(Refused { path: dormant.path.clone(), reason }),
+            }
+        }
+    }
+
+    /// Those that were found dormant and are loaded are like the others.
+    fn absorb(&mut self) {
+        let Self { plugins, dormant, .. } = self;
+        dormant.retain(|dormant| match dormant.plugins.get() {
+            Some(loaded) => {
+                plugins.extend(loaded.iter().cloned());
+                false
+            }
+            None => true,
+        });
+    }
+
     /// Loads one file.
     pub fn load(&mut self, path: &Path, workers: usize) -> Result<(), Refusal> {
-        let (library, plugins) = Library::load(path, workers)?;
+        let (library, plugins) = load(path, workers)?;
         self.notes.extend(library.notes().iter().map(|note| (path.to_owned(), note.clone())));
         self.add(plugins)
     }
@@ -99,13 +203,9 @@ impl Registry {
         let mut result = Ok(());
         for plugin in plugins {
             let id = &plugin.info().id;
-            match self.get(id) {
+            match self.home(id) {
                 None => self.plugins.push(plugin),
-                Some(first) => {
-                    let first = first.info().path.as_ref();
-                    let first = first.map_or_else(|| "linked".to_owned(), |path| path.display().to_string());
-                    result = Err(Refusal::Duplicate { id: id.clone(), first });
-                }
+                Some(first) => result = Err(Refusal::Duplicate { id: id.clone(), first }),
             }
         }
         result
@@ -114,6 +214,7 @@ impl Registry {
     /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new. Returns the
     /// former ones: whoever drops the last of a library waits until it is closed.
     pub fn replace(&mut self, plugins: &[Plugin]) -> Vec<Plugin> {
+        self.absorb();
         let mut former = Vec::new();
         for plugin in plugins {
             match self.plugins.iter_mut().find(|known| known.info().id == plugin.info().id) {
@@ -124,19 +225,44 @@ impl Registry {
         former
     }
 
-    /// The plugin with this id.
+    /// The plugin with this id, which is loaded now where nobody asked for it before.
     pub fn get(&self, id: &str) -> Option<&Plugin> {
-        self.plugins.iter().find(|plugin| plugin.info().id == id)
+        let is_it = |plugin: &&Plugin| plugin.info().id == id;
+        self.plugins.iter().find(is_it).or_else(|| {
+            let mut dormant = self.dormant.iter();
+            let dormant = dormant.find(|dormant| dormant.ids.iter().any(|known| known == id))?;
+            dormant.plugins().iter().find(is_it)
+        })
     }
 
-    /// All plugins, in the order in which they were found.
-    pub fn plugins(&self) -> &[Plugin] {
-        &self.plugins
+    /// The plugin with this id, if it is loaded.
+    pub fn loaded(&self, id: &str) -> Option<&Plugin> {
+        self.plugins().into_iter().find(|plugin| plugin.info().id == id)
+    }
+
+    /// The files of all libraries that were found, loaded or not.
+    pub fn paths(&self) -> Vec<&Path> {
+        let loaded = self.plugins.iter().filter_map(|plugin| plugin.library().path());
+        let mut paths: Vec<&Path> = loaded.chain(self.dormant.iter().map(|dormant| &*dormant.path)).collect();
+        paths.dedup();
+        paths
+    }
+
+    /// The ids of all plugins that were found, loaded or not.
+    pub fn ids(&self) -> impl Iterator<Item = &str> {
+        let loaded = self.plugins.iter().map(|plugin| plugin.info().id.as_str());
+        loaded.chain(self.dormant.iter().flat_map(|dormant| dormant.ids.iter().map(String::as_str)))
+    }
+
+    /// All plugins that are loaded, in the order in which they were found.
+    pub fn plugins(&self) -> Vec<&Plugin> {
+        let woken = self.dormant.iter().filter_map(|dormant| dormant.plugins.get());
+        self.plugins.iter().chain(woken.flatten()).collect()
     }
 
     /// What they say of themselves.
     pub fn infos(&self) -> impl Iterator<Item = &Arc<PluginInfo>> {
-        self.plugins.iter().map(Plugin::info)
+        self.plugins().into_iter().map(Plugin::info)
     }
 
     /// Files that are not used.

@@ -11,6 +11,9 @@ use super::streams::SOIL;
 pub(crate) const MAX_ALIGN: u64 = 4096;
 /// Most scratch memory of one instance in one step [bytes].
 pub(crate) const LIMIT: u64 = 1 << 30;
+/// What lies behind each piece, and is looked at when the step is over [bytes].
+const FENCE: usize = 256;
+const FENCE_BYTE: u8 = 0xc5;
 /// Least size of a block [bytes].
 const BLOCK: usize = 1 << 16;
 
@@ -22,6 +25,8 @@ pub(crate) struct Scratch {
     used: usize,
     /// Bytes in all blocks but the last.
     full: usize,
+    /// What was lent in this step: where each piece ends, and its size.
+    lent: Vec<(NonNull<u8>, usize)>,
 }
 
 #[derive(Debug)]
@@ -32,6 +37,8 @@ struct Block {
 
 // SAFETY: a block is plain memory that nobody else refers to.
 unsafe impl Send for Block {}
+// SAFETY: `lent` points into the blocks.
+unsafe impl Send for Scratch {}
 
 impl Block {
     /// Zeroed, so that it is initialised memory from the start.
@@ -60,6 +67,17 @@ impl Scratch {
         }
         self.used = 0;
         self.full = 0;
+        self.lent.clear();
+    }
+
+    /// The size of a piece behind which something was written; None: all are as they were lent.
+    pub(crate) fn overrun(&self) -> Option<usize> {
+        let written = |end: &NonNull<u8>| {
+            // SAFETY: `take` left room for the fence behind the piece, within its block, and wrote it.
+            let fence = unsafe { std::slice::from_raw_parts(end.as_ptr(), FENCE) };
+            fence.iter().any(|byte| *byte != FENCE_BYTE)
+        };
+        self.lent.iter().find(|(end, _)| written(end)).map(|(_, bytes)| *bytes)
     }
 
     /// Fills everything that was lent with nonsense: the step is over.
@@ -77,7 +95,7 @@ impl Scratch {
         }
         let (bytes, align) = (bytes as usize, align as usize);
         let start = self.used.next_multiple_of(align);
-        let fits = self.blocks.last().is_some_and(|block| start + bytes <= block.layout.size());
+        let fits = self.blocks.last().is_some_and(|block| start + bytes + FENCE <= block.layout.size());
         let start = if fits {
             start
         } else {
@@ -85,14 +103,18 @@ impl Scratch {
             if (full + bytes) as u64 > LIMIT {
                 return None;
             }
-            self.blocks.push(Block::new(bytes.max(BLOCK).next_power_of_two())?);
+            self.blocks.push(Block::new((bytes + FENCE).max(BLOCK).next_power_of_two())?);
             self.full = full;
             0
         };
-        self.used = start + bytes;
+        self.used = start + bytes + FENCE;
         let block = self.blocks.last()?;
-        // SAFETY: `start` is inside the block, or one past its end for zero bytes.
-        Some(unsafe { block.start.add(start) })
+        // SAFETY: piece and fence are inside the block.
+        let (piece, end) = unsafe { (block.start.add(start), block.start.add(start + bytes)) };
+        // SAFETY: as above.
+        unsafe { end.as_ptr().write_bytes(FENCE_BYTE, FENCE) };
+        self.lent.push((end, bytes));
+        Some(piece)
     }
 }
 
@@ -115,6 +137,19 @@ mod tests {
             }
         }
         assert_eq!(scratch.blocks.len(), 1, "the third step needs one block only");
+    }
+
+    #[test]
+    fn what_is_written_behind_a_piece_is_seen() {
+        let mut scratch = Scratch::default();
+        for written in [0, 99, 100, 355] {
+            scratch.begin_step();
+            let piece = scratch.take(100, 16).unwrap();
+            scratch.take(5000, 64).unwrap();
+            // SAFETY: within the block.
+            unsafe { piece.add(written).write(1) };
+            assert_eq!(scratch.overrun(), (written >= 100).then_some(100), "{written}");
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ use super::{
     pool::{self, Pool},
     retained::{self, Refused, Retained, Store},
     scratch::{LIMIT, Scratch},
+    tag::Tag,
     textures::{TextureList, Textures, Wanted},
 };
 
@@ -46,6 +47,7 @@ pub type Figure = (String, f64);
 pub(crate) struct Services {
     /// `ctx` leads back to this very value, which therefore never moves.
     table: abi::Host,
+    tag: Tag,
     plugin: String,
     pool: Arc<Pool>,
     error: Mutex<Option<String>>,
@@ -116,6 +118,7 @@ impl Services {
                 texture_destroy: Some(texture_destroy),
                 figure: Some(figure),
             },
+            tag: Tag::default(),
             plugin: plugin.to_owned(),
             pool: generation.pool().clone(),
             error: Mutex::new(None),
@@ -132,6 +135,7 @@ impl Services {
             made,
         });
         services.table.ctx = (&raw const *services).cast_mut().cast();
+        services.tag.set();
         services
     }
 
@@ -191,6 +195,15 @@ impl Services {
     /// What was refused of the instance's textures so far.
     pub(super) fn refused_textures(&self) -> Refused {
         self.made.as_ref().map_or_else(Refused::default, |made| lock(&made.textures).refused.clone())
+    }
+
+    /// Did the step write behind what it was lent?
+    pub(super) fn scratch_is_whole(&self) -> Result<(), String> {
+        let scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        match scratch.overrun() {
+            None => Ok(()),
+            Some(bytes) => Err(format!("scratch: more was written than the {bytes} bytes that were lent")),
+        }
     }
 
     /// Between two steps: scratch memory holds nonsense.
@@ -317,10 +330,19 @@ fn list<T: Retained>(store: &Mutex<Store<T>>) -> retained::List<T> {
 /// The services behind a context; None for NULL.
 ///
 /// # Safety
-/// `ctx` is NULL or the context that [`Services::new`] made, and its value is alive.
-unsafe fn services<'a>(ctx: *mut c_void) -> Option<&'a Services> {
-    // SAFETY: the caller's promise.
-    unsafe { ctx.cast_const().cast::<Services>().as_ref() }
+/// `ctx` is whatever a plugin passed; where it is the context that [`Services::new`] made, its value is alive.
+unsafe fn services<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a Services> {
+    let services = ctx.cast_const().cast::<Services>();
+    if services.is_null() {
+        return None;
+    }
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    if !services.is_aligned() || unsafe { !(*services).tag.is_set() } {
+        guard::leave_foreign(service);
+        return None;
+    }
+    // SAFETY: the mark says that it is a context of ours.
+    unsafe { services.as_ref() }
 }
 
 /// A plugin's text, made whole where it is not UTF-8 and cut where it is endless.
@@ -342,7 +364,7 @@ unsafe fn text(pointer: *const c_char, length: u64) -> String {
 
 unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, length: u64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "log") }) else { return };
     services.serve(message, length, |message| {
         let line = services.lines.fetch_add(1, Ordering::Relaxed);
         if line >= MOST_LINES {
@@ -363,7 +385,7 @@ unsafe extern "C" fn log(ctx: *mut c_void, level: u32, message: *const c_char, l
 
 unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length: u64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "set_error") }) else { return };
     services.serve(message, length, |message| {
         services.fail(abi::OK, message);
     });
@@ -371,7 +393,7 @@ unsafe extern "C" fn set_error(ctx: *mut c_void, message: *const c_char, length:
 
 unsafe extern "C" fn figure(ctx: *mut c_void, name: *const c_char, length: u64, value: f64) {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return };
+    let Some(services) = (unsafe { services(ctx, "figure") }) else { return };
     if name.is_null() || length > LONGEST_FIGURE {
         return;
     }
@@ -396,12 +418,12 @@ unsafe extern "C" fn figure(ctx: *mut c_void, name: *const c_char, length: u64, 
 
 unsafe extern "C" fn should_stop(ctx: *mut c_void) -> u32 {
     // SAFETY: the contract's pointer.
-    unsafe { services(ctx) }.is_some_and(|services| services.fate.asked_to_stop()).into()
+    unsafe { services(ctx, "should_stop") }.is_some_and(|services| services.fate.asked_to_stop()).into()
 }
 
 unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "parallel_for") }) else { return abi::BAD_INPUT };
     let Some(job) = pool::job_of(job) else {
         return services.fail(abi::BAD_INPUT, "parallel_for: the job is NULL".into());
     };
@@ -431,7 +453,7 @@ unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, u
 
 unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "scratch") }) else { return abi::BAD_INPUT };
     if out.is_null() || !out.is_aligned() {
         return services.fail(abi::BAD_INPUT, "scratch: the result's place is NULL or misaligned".into());
     }
@@ -459,7 +481,7 @@ unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut
 
 unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "sample_flow") }) else { return abi::BAD_INPUT };
     if query.is_null() || !query.is_aligned() {
         return services.fail(abi::BAD_INPUT, "sample_flow: the query is NULL or misaligned".into());
     }
@@ -478,7 +500,7 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
 /// Looks at a mesh that a plugin wants, touches all that it points to, and takes it over.
 unsafe extern "C" fn mesh_create(ctx: *mut c_void, mesh: *const abi::Mesh, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "mesh_create") }) else { return abi::BAD_INPUT };
     let store = services.made.as_ref().map(|made| &made.meshes);
     let refuse = |status: i32, reason: &str| services.refuse(store, "mesh_create", status, reason);
     if mesh.is_null() || !mesh.is_aligned() || out.is_null() || !out.is_aligned() {
@@ -565,14 +587,14 @@ unsafe fn array<'a, T: bytemuck::Pod>(
 
 unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "mesh_destroy") }) else { return abi::BAD_INPUT };
     services.destroy(services.made.as_ref().map(|made| &made.meshes), "mesh_destroy", id)
 }
 
 /// Looks at a texture that a plugin wants, touches all that it points to, and takes it over.
 unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "texture_create") }) else { return abi::BAD_INPUT };
     let store = services.made.as_ref().map(|made| &made.textures);
     let refuse = |status: i32, reason: &str| services.refuse(store, "texture_create", status, reason);
     if texture.is_null() || !texture.is_aligned() || out.is_null() || !out.is_aligned() {
@@ -613,7 +635,7 @@ unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Textu
 
 unsafe extern "C" fn texture_destroy(ctx: *mut c_void, id: u32) -> i32 {
     // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx) }) else { return abi::BAD_INPUT };
+    let Some(services) = (unsafe { services(ctx, "texture_destroy") }) else { return abi::BAD_INPUT };
     services.destroy(services.made.as_ref().map(|made| &made.textures), "texture_destroy", id)
 }
 

@@ -4,7 +4,7 @@ use std::{process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 use reef_command::Common;
-use reef_plugin::{Limits, offer_patience, set_limits};
+use reef_plugin::{Limits, offer_patience, probe, set_limits};
 use reef_report::{diagnostic, say};
 
 use crate::{app, headless};
@@ -67,6 +67,22 @@ fn limits(command: Option<&Command>, patience: Option<Duration>) -> Option<Limit
     Some(patience.map_or(limits, |patience| limits.with_patience(patience)))
 }
 
+/// Builds that nobody knows are loaded by another process first; the checker has processes of its own.
+fn offer_probe(command: Option<&Command>) {
+    #[cfg(target_os = "linux")]
+    if matches!(command, Some(Command::Plugin(args)) if matches!(args.command, headless::plugins::Command::Check(_)))
+    {
+        return;
+    }
+    if matches!(command, Some(Command::Shaders(_))) {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        let known = reef_gpu::cache_folder().map(|folder| folder.join("plugins"));
+        probe::offer(probe::Probe { program, known });
+    }
+}
+
 /// Parses the command line, runs the command and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -75,7 +91,15 @@ pub fn main() -> ExitCode {
             format!("{} stands before the command: the scene of a command follows it", scene.display());
         Cli::command().error(ErrorKind::ArgumentConflict, told).exit();
     }
+    #[cfg(target_os = "linux")]
+    if let Some(Command::Plugin(headless::plugins::Args { command: headless::plugins::Command::Probe })) =
+        &cli.command
+    {
+        // Before anything starts a thread.
+        probe::serve();
+    }
     reef_report::log::init();
+    offer_probe(cli.command.as_ref());
     if let Err(error) = reef_files::remove_at_signals() {
         tracing::warn!("a signal may leave files named .reef-*.part: {error}");
     }

@@ -79,6 +79,7 @@ mod host;
 #[allow(unsafe_code, reason = "calls of the host's services")]
 mod mesh;
 mod param;
+pub mod ranges;
 mod state;
 #[allow(unsafe_code, reason = "slices out of the step's raw input and of the host's output memory")]
 mod step;

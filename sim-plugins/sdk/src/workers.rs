@@ -27,6 +27,15 @@ impl<'a> Workers<'a> {
         Workers { host: None }
     }
 
+    /// The workers of a host that somebody made by hand: for tests of models.
+    ///
+    /// # Safety
+    /// Its `parallel_for`, where it has one, keeps the contract: it runs each index once, concurrent jobs on different workers
+    /// below `worker_count`, and returns when all are done.
+    pub unsafe fn of_host(host: &'a abi::Host) -> Self {
+        Self::of(host)
+    }
+
     pub(crate) fn of(host: &'a abi::Host) -> Self {
         Self { host: Some(host) }
     }

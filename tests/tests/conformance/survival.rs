@@ -24,8 +24,10 @@ fn opened(breach: &str) -> String {
 
 #[test]
 fn a_process_that_ends_itself_is_no_pass() {
+    assert!(opened("exit").contains("open was stopped: it called exit"));
     assert!(
-        opened("exit").starts_with("its process ended itself with exit code 0 before the check was over")
+        opened("exit_by_kernel")
+            .starts_with("its process ended itself with exit code 0 before the check was over")
     );
     assert_eq!(opened("kill"), "its process was ended by signal 9 before the check was over");
 }

@@ -6,6 +6,8 @@ mod bad_libraries;
 mod faults;
 mod fresh;
 mod guide;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod hostile;
 mod languages;
 mod list;
 mod meshes;

@@ -10,10 +10,17 @@ use super::super::{
     instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, generation, read, write},
     library::Plugin,
     names::status_name,
+    recorder,
     retained::Refused,
     services::Services,
+    tag::Tag,
 };
 use super::process::float_control;
+
+/// How often jobs reserved or committed, in this process.
+pub fn misplaced() -> u64 {
+    recorder::misplaced()
+}
 
 /// A struct of the contract as a newer version of it would be: fields that this version does not know follow.
 #[repr(C)]
@@ -215,6 +222,7 @@ impl Instance {
     pub fn save_bare(&mut self, room: usize, newer: bool) -> Result<Vec<u8>, PluginError> {
         let generation = generation(self.plugin())?.number();
         let mut sink = Sink { generation, room, ..Sink::default() };
+        sink.tag.set();
         let place = Pointer((&raw mut sink).cast());
         self.call("save_state", move |ctx, raw| {
             let Pointer(sink) = { place };
@@ -229,7 +237,8 @@ impl Instance {
 
     /// Gives bytes without an envelope to `load_state`; Err: the status, and what it said.
     pub fn load_bare(&mut self, state: Bare<'_>) -> Result<(), (i32, PluginError)> {
-        let mut source = Source { rest: state.bytes, most: state.at_once };
+        let mut source = Source { rest: state.bytes, most: state.at_once, tag: Tag::default() };
+        source.tag.set();
         let place = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
             let Pointer(source) = { place };

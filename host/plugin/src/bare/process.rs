@@ -1,7 +1,9 @@
 //! What a plugin may leave behind in the process.
 
 use std::{
-    fs, ptr, thread,
+    fs, io,
+    os::fd::{AsRawFd, FromRawFd, OwnedFd},
+    ptr, thread,
     time::{Duration, Instant},
 };
 
@@ -16,8 +18,8 @@ pub struct Held {
     pub children: usize,
     /// The lowest key of `pthread_key_create` that nobody has.
     pub key: u32,
-    /// Which signals have a handler, a bit each.
-    pub handlers: u64,
+    /// Each signal's handler.
+    pub handlers: [usize; SIGNALS],
     /// Bytes of the C library's heap in use, its large blocks included.
     pub heap: u64,
     /// Mapped regions.
@@ -25,6 +27,9 @@ pub struct Held {
     /// Memory in use, in pages of the system.
     pub resident: usize,
 }
+
+/// Signals from 0 on that are looked at.
+const SIGNALS: usize = 32;
 
 impl Held {
     /// Now.
@@ -76,16 +81,15 @@ fn key() -> u32 {
     key
 }
 
-fn handlers() -> u64 {
-    let has = |signal: i32| {
+fn handlers() -> [usize; SIGNALS] {
+    std::array::from_fn(|signal| {
         // SAFETY: only asks; a signal that the system keeps for itself is an error, and has none.
         unsafe {
             let mut action: libc::sigaction = std::mem::zeroed();
-            libc::sigaction(signal, ptr::null(), &mut action) == 0
-                && !matches!(action.sa_sigaction, libc::SIG_DFL | libc::SIG_IGN)
+            libc::sigaction(signal as i32, ptr::null(), &mut action);
+            action.sa_sigaction
         }
-    };
-    (1..=31).filter(|signal| has(*signal)).fold(0, |bits, signal| bits | 1 << signal)
+    })
 }
 
 /// Bytes of the C library's heap in use.
@@ -132,4 +136,46 @@ pub fn processor_time() -> u64 {
     // SAFETY: the calling thread's clock, into a variable of ours.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) };
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
+
+/// The calling thread's priority: nice, as the system calls it.
+pub fn priority() -> i32 {
+    // SAFETY: only asks.
+    unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) }
+}
+
+/// Standard output goes to a file without a name, as long as this lives.
+#[derive(Debug)]
+pub struct Caught {
+    file: fs::File,
+    before: OwnedFd,
+}
+
+impl Caught {
+    /// From now on.
+    pub fn begin() -> io::Result<Self> {
+        let checked = |file: i32| if file < 0 { Err(io::Error::last_os_error()) } else { Ok(file) };
+        // SAFETY: files that nobody else has; standard output is replaced and comes back in `drop`.
+        unsafe {
+            let file =
+                fs::File::from_raw_fd(checked(libc::memfd_create(c"output".as_ptr(), libc::MFD_CLOEXEC))?);
+            let before = OwnedFd::from_raw_fd(checked(libc::dup(libc::STDOUT_FILENO))?);
+            checked(libc::dup2(file.as_raw_fd(), libc::STDOUT_FILENO))?;
+            Ok(Self { file, before })
+        }
+    }
+
+    /// How much was printed so far.
+    pub fn bytes(&self) -> u64 {
+        // SAFETY: all files of the C library are written out.
+        unsafe { libc::fflush(ptr::null_mut()) };
+        self.file.metadata().map_or(0, |metadata| metadata.len())
+    }
+}
+
+impl Drop for Caught {
+    fn drop(&mut self) {
+        // SAFETY: the file that was standard output before.
+        unsafe { libc::dup2(self.before.as_raw_fd(), libc::STDOUT_FILENO) };
+    }
 }

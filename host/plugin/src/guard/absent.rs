@@ -1,6 +1,6 @@
 //! No guards on this machine: calls go straight through, and a fault of a plugin ends the program.
 
-use std::sync::Arc;
+use std::{sync::Arc, thread::JoinHandle};
 
 use super::{Fate, Fault};
 use crate::marker::{self, Place};
@@ -34,6 +34,40 @@ impl Text {
     pub(crate) fn allow(&self) {}
 }
 
+/// What a thread's end was at fault with.
+#[derive(Debug, Default)]
+pub(crate) struct Stranded;
+
+/// What a plugin's code took from the guards.
+#[derive(Debug, Default)]
+pub(crate) struct Taken;
+
+/// What plugins took from the guards so far.
+#[cfg(target_os = "linux")]
+pub(crate) fn ever_taken(_: super::Part) -> Option<String> {
+    None
+}
+
+/// A call is over.
+pub(crate) fn put_back(_: &Fate) -> Option<String> {
+    None
+}
+
+/// A call begins.
+pub(crate) fn put_in_place() {}
+
+/// Jobs are over.
+pub(crate) fn put_back_jobs(_: &Fate) {}
+
+/// Waits until these threads are over.
+pub(crate) fn join(_: &Arc<Fate>, threads: Vec<JoinHandle<()>>) -> Result<(), Fault> {
+    for thread in threads {
+        // A thread that panicked has nobody left to tell.
+        let _ = thread.join();
+    }
+    Ok(())
+}
+
 /// Runs a plugin's code.
 pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fault> {
     let before = marker::enter(Place::Plugin(fate.generation()), std::ptr::null_mut());
@@ -46,6 +80,21 @@ pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fau
 pub(crate) fn leave(_: Fault) -> ! {
     std::process::abort()
 }
+
+/// A plugin's name.
+#[derive(Debug)]
+pub(crate) struct Name;
+
+/// The kept name of a plugin.
+pub(crate) fn keep(_: &str) -> &'static Name {
+    &Name
+}
+
+/// This plugin's code is about to run.
+pub(crate) fn enters(_: &'static Name) {}
+
+/// A service was called with a context that is none.
+pub(crate) fn leave_foreign(_: &'static str) {}
 
 /// Touches memory of a plugin.
 pub(crate) fn probe_read(_: *const u8, _: usize) {}

@@ -2,12 +2,12 @@
 
 use std::sync::{
     Arc, Mutex, MutexGuard, PoisonError,
-    atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
+    atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, Ordering},
 };
 
 use super::{
     Text,
-    machine::{self, Thread},
+    machine::{self, Stranded, Taken, Thread},
 };
 
 /// Which limit a call has.
@@ -17,6 +17,31 @@ pub(crate) enum Watch {
     Step,
     /// That of everything else.
     Other,
+    /// That of what runs when something ends: `destroy`, `close`, destructors.
+    End,
+}
+
+impl Watch {
+    /// Of a call with this name.
+    pub(crate) fn of(call: &str) -> Self {
+        match call {
+            "step" => Self::Step,
+            "destroy" | "close" | "unload" => Self::End,
+            _ => Self::Other,
+        }
+    }
+
+    const fn to_byte(self) -> u8 {
+        self as u8
+    }
+
+    const fn from_byte(byte: u8) -> Self {
+        match byte {
+            0 => Self::Step,
+            1 => Self::Other,
+            _ => Self::End,
+        }
+    }
 }
 
 /// How far a runaway's end has come.
@@ -35,7 +60,8 @@ pub(crate) struct Fate {
     generation: u64,
     /// Begins and ends of watched calls: odd while one runs.
     pub(super) call: AtomicU64,
-    step: AtomicBool,
+    /// The running call's `Watch`.
+    watch: AtomicU8,
     /// The value of `call` whose call is asked to stop.
     pub(super) asked: AtomicU64,
     /// `stage::*`.
@@ -44,6 +70,11 @@ pub(crate) struct Fate {
     /// Executable memory of the library; None: it is linked into the program, not loaded yet, or closed.
     text: Mutex<Option<Text>>,
     threads: Mutex<Vec<Thread>>,
+    /// What one of its threads did at its end, in the place of ending.
+    pub(super) stranded: Stranded,
+    /// What its code took from the guards, seen on workers, and what was told of that already.
+    pub(super) taken: Taken,
+    pub(super) told: Taken,
 }
 
 impl Fate {
@@ -52,12 +83,15 @@ impl Fate {
         let fate = Arc::new(Self {
             generation,
             call: AtomicU64::new(0),
-            step: AtomicBool::new(false),
+            watch: AtomicU8::new(Watch::Other.to_byte()),
             asked: AtomicU64::new(0),
             stage: AtomicU32::new(stage::NONE),
             quarantined: AtomicBool::new(false),
             text: Mutex::new(None),
             threads: Mutex::default(),
+            stranded: Stranded::default(),
+            taken: Taken::default(),
+            told: Taken::default(),
         });
         machine::watch(&fate);
         fate
@@ -74,7 +108,7 @@ impl Fate {
         // Only the control thread writes these: plain stores will do. Should the watchdog see the end of a call late and
         // condemn the next one, it condemns the right generation.
         let number = self.call.load(Ordering::Relaxed);
-        self.step.store(watch == Watch::Step, Ordering::Relaxed);
+        self.watch.store(watch.to_byte(), Ordering::Relaxed);
         self.call.store(number + 1, Ordering::Release);
         machine::wake_watchdog();
         let result = call();
@@ -84,7 +118,7 @@ impl Fate {
 
     /// Which limit the running call has.
     pub(super) fn watch(&self) -> Watch {
-        if self.step.load(Ordering::Relaxed) { Watch::Step } else { Watch::Other }
+        Watch::from_byte(self.watch.load(Ordering::Relaxed))
     }
 
     /// Should the running call return soon?

@@ -7,6 +7,10 @@ use std::time::Duration;
 pub(crate) enum Cause {
     /// A signal, in words: `SIGSEGV: address 0x10 is not mapped`.
     Signal(String),
+    /// It asked for the end of the program or of its thread, by this function of the C library.
+    Ended(&'static str),
+    /// It called this service with a context that is none of the host's.
+    Foreign(&'static str),
     /// It did not end in time.
     Runaway {
         /// The limit after which it was asked to stop.
@@ -14,6 +18,16 @@ pub(crate) enum Cause {
         /// The option that lengthens it, where there is one.
         option: Option<&'static str>,
     },
+}
+
+/// What guards need, and a plugin can take.
+#[cfg(target_os = "linux")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The signals' handlers.
+    Handlers,
+    /// What each thread has: its mask, and the stack of handlers.
+    Thread,
 }
 
 /// How a call ended that did not return.
@@ -31,6 +45,12 @@ impl Fault {
     pub(crate) fn describe(&self, plugin: &str, call: &str) -> String {
         let cause = match &self.cause {
             Cause::Signal(text) => text.clone(),
+            Cause::Foreign(service) => {
+                format!("it called {service} with a context that the host did not give it")
+            }
+            Cause::Ended(function) => {
+                format!("it called {function}, and a plugin ends nothing but its calls")
+            }
             Cause::Runaway { limit, option } => {
                 let longer = option.map(|option| format!(" ({option} waits longer)")).unwrap_or_default();
                 let limit = limit.as_millis();

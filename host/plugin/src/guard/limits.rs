@@ -5,8 +5,12 @@ use std::{
     time::Duration,
 };
 
+use super::Watch;
+
 /// How long a call may take where nobody looks at a picture that stands still: a run that writes files has no hurry.
 const OFFLINE: Duration = Duration::from_secs(60);
+/// How long a plugin may clean up at the most, whoever waits: the results are written by then.
+const END: Duration = Duration::from_secs(2);
 /// The option that says otherwise.
 const OPTION: &str = "--patience SECONDS";
 
@@ -37,6 +41,15 @@ impl Limits {
     /// Those of a run without a window: a minute for every call.
     pub fn offline() -> Self {
         Self { step: OFFLINE, other: OFFLINE, ..Self::default() }
+    }
+
+    /// That of a call.
+    pub(crate) fn of(&self, watch: Watch) -> Duration {
+        match watch {
+            Watch::Step => self.step,
+            Watch::Other => self.other,
+            Watch::End => self.other.min(END),
+        }
     }
 
     /// These limits for somebody who waits so long for a step, and no shorter than before for other calls.
@@ -80,9 +93,9 @@ pub fn offer_patience() {
     HAS_OPTION.store(true, Ordering::Relaxed);
 }
 
-/// The option that lengthens the limits, where there is one.
-pub(super) fn option() -> Option<&'static str> {
-    HAS_OPTION.load(Ordering::Relaxed).then_some(OPTION)
+/// The option that lengthens a call's limit, where there is one.
+pub(super) fn option(watch: Watch) -> Option<&'static str> {
+    (HAS_OPTION.load(Ordering::Relaxed) && watch != Watch::End).then_some(OPTION)
 }
 
 #[cfg(test)]

@@ -21,5 +21,12 @@ mod machine;
 
 pub(crate) use fate::{Fate, Watch};
 pub(crate) use fault::Fault;
+#[cfg(target_os = "linux")]
+pub use fault::Part;
 pub use limits::{Limits, limits, offer_patience, set_limits};
-pub(crate) use machine::{Resident, Text, guarded, leave, probe_read, probe_write, require_stack};
+#[cfg(target_os = "linux")]
+pub use machine::ever_taken;
+pub(crate) use machine::{
+    Name, Resident, Text, enters, guarded, join, keep, leave, leave_foreign, probe_read, probe_write,
+    put_back, put_back_jobs, put_in_place, require_stack,
+};

@@ -32,6 +32,10 @@ pub enum Command {
     Check(check::Args),
     /// Makes a folder with a plugin that builds and moves.
     New(scaffold::Args),
+    /// Loads libraries whose paths come on standard input, each in a process of its own, and says what is in them.
+    #[cfg(target_os = "linux")]
+    #[command(hide = true)]
+    Probe,
 }
 
 /// Runs the subcommand.
@@ -41,13 +45,15 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         #[cfg(target_os = "linux")]
         Command::Check(args) => check::run(common, args),
         Command::New(args) => scaffold::run(common, args),
+        #[cfg(target_os = "linux")]
+        Command::Probe => reef_plugin::probe::serve(),
     }
 }
 
 /// Fails when a file in a folder that somebody named is refused: it was meant to be a plugin.
 fn list(common: &Common) -> Outcome {
     // One worker: nothing is stepped.
-    let registry = Registry::find(&common.plugin_dir, 1);
+    let registry = Registry::find_all(&common.plugin_dir, 1);
     if common.json {
         say(format_args!("{:#}", to_json(&registry)));
     } else {

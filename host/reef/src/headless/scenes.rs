@@ -36,7 +36,11 @@ pub enum Command {
 
 /// Runs the subcommand.
 pub fn run(common: &Common, args: &Args) -> Outcome {
-    let plugins = open::plugins(common)?;
+    let mut plugins = open::plugins(common)?;
+    if !matches!(args.command, Command::Check { .. }) {
+        // What is told is told of all.
+        plugins.wake();
+    }
     match &args.command {
         Command::Check { scenes } => {
             let mut answers = Vec::new();

@@ -53,23 +53,25 @@ pub(super) struct Ledger {
 impl Ledger {
     pub(super) fn new(plugins: &Registry) -> Self {
         let mut ledger = Self::default();
-        for plugin in plugins.plugins() {
-            let Some(path) = plugin.library().path() else { continue };
-            let same = |line: &&mut Line| line.path == path;
-            match ledger.lines.iter_mut().find(same) {
-                Some(line) => line.generations[0].plugins.push(plugin.clone()),
-                None => {
-                    let path = path.to_owned();
-                    ledger.add(&path, plugin.library().clone(), vec![plugin.clone()]);
-                }
-            }
-        }
+        ledger.learn(plugins);
         ledger
     }
 
-    /// The files of all libraries.
-    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.lines.iter().map(|line| line.path.as_path())
+    /// Takes in what the registry has loaded since.
+    pub(super) fn learn(&mut self, plugins: &Registry) {
+        let unknown = |plugin: &&Plugin| self.of(plugin).is_none();
+        let mut new: Vec<(Arc<Library>, Vec<Plugin>)> = Vec::new();
+        for plugin in plugins.plugins().into_iter().filter(unknown) {
+            match new.iter_mut().find(|(library, _)| Arc::ptr_eq(library, plugin.library())) {
+                Some((_, plugins)) => plugins.push(plugin.clone()),
+                None => new.push((plugin.library().clone(), vec![plugin.clone()])),
+            }
+        }
+        for (library, plugins) in new {
+            if let Some(path) = library.path().map(Path::to_owned) {
+                self.add(&path, library, plugins);
+            }
+        }
     }
 
     fn line(&mut self, path: &Path) -> Option<&mut Line> {

@@ -154,7 +154,7 @@ impl Live {
         .map_err(|error| format!("files cannot be watched: {error}"))?;
         let mut files = Files::new(watcher);
         let ledger = Ledger::new(&registry);
-        for path in ledger.paths() {
+        for path in registry.paths() {
             files.add(path)?;
             watch_twins(&mut files, path);
         }
@@ -196,6 +196,7 @@ impl Live {
             library.into_iter().for_each(|new| self.wishes.push_front(Wish::Reload(new)));
         }
         self.wishes.retain(|wish| matches!(wish, Wish::Reload(_)));
+        self.ledger.learn(&self.registry);
         self.scene_files = world.scene().files.clone();
         self.stage(world, false);
     }
@@ -254,6 +255,7 @@ impl Live {
     pub fn tend(&mut self, world: &mut World) -> Tended {
         let mut tended = Tended::default();
         while let Ok(found) = self.found.try_recv() {
+            self.ledger.learn(&self.registry);
             match found {
                 Found::Library(new) => self.wish_for(new),
                 Found::Refused { path, problem } => self.refuse(world, &path, &problem),
@@ -398,7 +400,7 @@ impl Live {
             }
         }
         for plugin in &new.plugins {
-            let first = self.registry.get(&plugin.info().id).and_then(|first| self.ledger.path_of(first));
+            let first = self.registry.loaded(&plugin.info().id).and_then(|first| self.ledger.path_of(first));
             if let Some(first) = first.filter(|first| *first != path) {
                 return Err(format!(
                     "its plugin `{}` is already there: {}",

@@ -7,9 +7,8 @@ use std::{collections::VecDeque, sync::Arc};
 
 use reef_abi as abi;
 use reef_plugin::StepInput;
-use reef_streams::environment::Environment;
 
-use crate::step::exchange::Exchange;
+use crate::step::{exchange::Exchange, ground::Ground};
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].
 const MOST_BYTES: usize = 64 << 20;
@@ -22,7 +21,7 @@ pub(crate) struct Fixed {
     pub(crate) seed: u64,
     pub(crate) simd_level: u32,
     pub(crate) water: abi::Water,
-    pub(crate) environment: Arc<Environment>,
+    pub(crate) ground: Arc<Ground>,
 }
 
 /// All that one step let the modules read.
@@ -89,7 +88,7 @@ impl Moment {
             simd_level: fixed.simd_level,
             camera: &self.camera,
             water: &fixed.water,
-            heightfield: fixed.environment.heightfield(),
+            heightfield: fixed.ground.heightfield(),
             flow: flow.unwrap_or(&self.flow),
             waves: &self.waves,
             actors: actors.unwrap_or(&self.actors),

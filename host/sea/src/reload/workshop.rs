@@ -11,7 +11,7 @@ use std::{
     time::Instant,
 };
 
-use reef_plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect};
+use reef_plugin::{Library, Plugin, Refusal, Registry, image::Image, inspect, probe};
 
 use super::files::{Change, Files};
 use crate::{
@@ -88,6 +88,7 @@ pub(super) struct Workshop {
 impl Workshop {
     /// The thread's life.
     pub(super) fn run(mut self) {
+        probe::prepare();
         loop {
             let task = match self.files.due() {
                 None => self.tasks.recv().ok(),
@@ -146,12 +147,18 @@ impl Workshop {
             let seen = Instant::now();
             let found = match content {
                 Err(problem) => Found::Refused { path, problem },
-                Ok(image) if is_library(&path) => match Library::load_image(&path, &image, self.workers) {
-                    Ok((library, plugins)) => {
-                        Found::Library(NewLibrary { path, library, plugins, seen, loaded: Instant::now() })
+                Ok(image) if is_library(&path) => {
+                    match Library::load_new_image(&path, &image, self.workers) {
+                        Ok((library, plugins)) => Found::Library(NewLibrary {
+                            path,
+                            library,
+                            plugins,
+                            seen,
+                            loaded: Instant::now(),
+                        }),
+                        Err(reason) => Found::Refused { path, problem: reason.to_string() },
                     }
-                    Err(reason) => Found::Refused { path, problem: reason.to_string() },
-                },
+                }
                 Ok(_) => {
                     edited = true;
                     continue;

@@ -23,6 +23,6 @@ impl Catalogue for Registry {
     }
 
     fn ids(&self) -> Vec<String> {
-        self.infos().map(|info| info.id.clone()).collect()
+        self.ids().map(str::to_owned).collect()
     }
 }

@@ -6,6 +6,7 @@
 pub mod camera;
 pub mod clock;
 pub(crate) mod exchange;
+pub(crate) mod ground;
 pub mod hash;
 pub mod journal;
 pub mod random;

@@ -23,6 +23,7 @@ use super::{
     camera::Camera,
     clock::Clock,
     exchange::Exchange,
+    ground::Ground,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
@@ -189,6 +190,8 @@ pub struct World {
     pub(crate) seed: u64,
     pub(crate) clock: Clock,
     environment: Arc<Environment>,
+    /// What modules get of it.
+    ground: Arc<Ground>,
     camera: Camera,
     water: Water,
     raw_water: abi::Water,
@@ -242,6 +245,7 @@ impl World {
         }
         let trains = Waves::new(&scene.file, seed)?;
         let environment = Arc::new(setting::environment(&scene.file, seed, &trains));
+        let ground = Ground::new(&environment);
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
@@ -249,7 +253,7 @@ impl World {
         let raw_water = raw_water(&scene);
         let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
         let recent = options.remember.map(|every| {
-            let fixed = Fixed { seed, simd_level, water: raw_water, environment: environment.clone() };
+            let fixed = Fixed { seed, simd_level, water: raw_water, ground: ground.clone() };
             Recent::new(every, members.len(), fixed)
         });
         let mut world = Self {
@@ -259,6 +263,7 @@ impl World {
             raw_water,
             rocks: setting::rocks(&environment),
             environment,
+            ground,
             camera,
             simd_level,
             debug: scene.file.scene.debug,
@@ -535,14 +540,16 @@ impl World {
         self.seed = seed;
         self.trains = trains;
         self.rocks = setting::rocks(&environment);
-        self.environment = environment.clone();
+        self.ground = Ground::new(&environment);
+        self.environment = environment;
         (self.camera, self.water, self.raw_water, self.exchange) = (camera, water, raw_water, exchange);
         self.replay.clear();
         self.pending.clear();
         self.faults.clear();
         if let Some(recent) = &mut self.recent {
             recent.forget();
-            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, environment };
+            let ground = self.ground.clone();
+            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, ground };
             *recent = Recent::new(recent.every(), self.members.len(), fixed);
         }
     }
@@ -649,8 +656,8 @@ impl World {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
         self.exchange.share(flow, attached);
-        let environment = self.environment.clone();
-        let heightfield = environment.heightfield();
+        let ground = self.ground.clone();
+        let heightfield = ground.heightfield();
         let flags =
             if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
         let mut told = Vec::new();

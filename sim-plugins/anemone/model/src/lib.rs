@@ -21,7 +21,6 @@ pub mod math;
 pub mod phyllotaxis;
 pub mod plant;
 mod plugin;
-mod ranges;
 pub mod reference;
 pub mod residual;
 pub mod shape;

@@ -7,7 +7,7 @@ use crate::{
     bed::{Bed, Settings, Surroundings},
     config::Config,
     debug::{self, Shown},
-    ranges, sow,
+    sow,
     wide::Force,
 };
 
@@ -123,7 +123,7 @@ impl Anemones {
 
     /// The plants of a configuration, and what its author should know.
     pub fn plant(scene: &SceneInfo, config: &Config) -> Result<(Bed, Vec<String>), ConfigError> {
-        ranges::check(config)?;
+        reef_sdk::ranges::check(config)?;
         let mut harvest = sow::sow(scene, config)?;
         let remarks = std::mem::take(&mut harvest.remarks);
         Ok((Bed::new(harvest), remarks))

@@ -185,7 +185,7 @@ fn kind_of<'a>(
 ) -> Result<&'a Kind, ConfigError> {
     if !kinds.contains_key(name) {
         let species: Species = scene.species(name)?;
-        crate::ranges::check(&species).map_err(|error| error.within(&format!("species.{name}")))?;
+        reef_sdk::ranges::check(&species).map_err(|error| error.within(&format!("species.{name}")))?;
         species
             .check()
             .map_err(|(key, problem)| ConfigError::new(format!("species.{name}.{key}"), problem))?;

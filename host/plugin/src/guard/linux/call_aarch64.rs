@@ -17,11 +17,9 @@ pub(super) unsafe extern "C" fn enter(
 ) -> u32 {
     naked_asm!(
         ".cfi_startproc",
+        ".cfi_undefined x30", // Whoever unwinds a plugin's frames finds the end of the stack here: no host frame is unwound.
         "stp x29, x30, [sp, #-176]!",
         "mov x29, sp",
-        ".cfi_def_cfa x29, 176", // Debuggers find the way from a plugin's code to the host.
-        ".cfi_offset x29, -176",
-        ".cfi_offset x30, -168",
         "stp x19, x20, [sp, #16]",
         "stp x21, x22, [sp, #32]",
         "stp x23, x24, [sp, #48]",
@@ -57,10 +55,7 @@ pub(super) unsafe extern "C" fn enter(
         "ldp x21, x22, [sp, #32]",
         "ldp x19, x20, [sp, #16]",
         "ldp x29, x30, [sp], #176",
-        ".cfi_remember_state",
-        ".cfi_def_cfa sp, 0",
         "ret",
-        ".cfi_restore_state",
         "2:", // Left: sp is Frame::sp again.
         "mov x29, sp",
         "mov w0, #1",
@@ -86,6 +81,15 @@ pub(super) unsafe extern "C" fn leave(frame: *mut Frame) -> ! {
 pub(super) unsafe fn program_counter(context: *mut libc::ucontext_t) -> usize {
     // SAFETY: the caller's promise.
     unsafe { (*context).uc_mcontext.pc as usize }
+}
+
+/// Stack pointer of an interrupted thread.
+///
+/// # Safety
+/// The context that the kernel gave to a signal handler.
+pub(super) unsafe fn stack_pointer(context: *mut libc::ucontext_t) -> usize {
+    // SAFETY: the caller's promise.
+    unsafe { (*context).uc_mcontext.sp as usize }
 }
 
 /// Makes an interrupted thread go on where the frame's call is left.

@@ -17,20 +17,14 @@ pub(super) unsafe extern "C" fn enter(
 ) -> u32 {
     naked_asm!(
         ".cfi_startproc",
+        ".cfi_undefined rip", // Whoever unwinds a plugin's frames finds the end of the stack here: no host frame is unwound.
         "push rbp",
         "mov rbp, rsp",
-        ".cfi_def_cfa rbp, 16", // Debuggers find the way from a plugin's code to the host.
-        ".cfi_offset rbp, -16",
         "push rbx",
         "push r12",
         "push r13",
         "push r14",
         "push r15",
-        ".cfi_offset rbx, -24",
-        ".cfi_offset r12, -32",
-        ".cfi_offset r13, -40",
-        ".cfi_offset r14, -48",
-        ".cfi_offset r15, -56",
         "sub rsp, 24", // [rsp]: MXCSR before, [rsp + 8]: after; rsp is a multiple of 16.
         "stmxcsr [rsp]",
         "mov [rdx], rsp", // Frame::sp
@@ -53,10 +47,7 @@ pub(super) unsafe extern "C" fn enter(
         "pop r12",
         "pop rbx",
         "pop rbp",
-        ".cfi_remember_state",
-        ".cfi_def_cfa rsp, 8",
         "ret",
-        ".cfi_restore_state",
         "2:", // Left: rsp is Frame::sp again.
         "cld",
         "fninit",
@@ -84,6 +75,15 @@ pub(super) unsafe extern "C" fn leave(frame: *mut Frame) -> ! {
 pub(super) unsafe fn program_counter(context: *mut libc::ucontext_t) -> usize {
     // SAFETY: the caller's promise.
     unsafe { (*context).uc_mcontext.gregs[libc::REG_RIP as usize] as usize }
+}
+
+/// Stack pointer of an interrupted thread.
+///
+/// # Safety
+/// The context that the kernel gave to a signal handler.
+pub(super) unsafe fn stack_pointer(context: *mut libc::ucontext_t) -> usize {
+    // SAFETY: the caller's promise.
+    unsafe { (*context).uc_mcontext.gregs[libc::REG_RSP as usize] as usize }
 }
 
 /// Makes an interrupted thread go on where the frame's call is left.

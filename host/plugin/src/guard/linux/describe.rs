@@ -17,6 +17,10 @@ pub(super) fn signal(signal: i32, code: i32, address: usize) -> String {
         (libc::SIGFPE, 1) => ("SIGFPE", format!("an integer divided by zero at address {address:#x}")),
         (libc::SIGFPE, 2) => ("SIGFPE", format!("an integer overflow at address {address:#x}")),
         (libc::SIGFPE, _) => ("SIGFPE", format!("arithmetic at address {address:#x}")),
+        (libc::SIGTRAP, _) => ("SIGTRAP", format!("a breakpoint at address {address:#x}")),
+        (libc::SIGSYS, _) => {
+            ("SIGSYS", format!("a call of the system that is not allowed, at address {address:#x}"))
+        }
         (libc::SIGABRT, _) => {
             ("SIGABRT", "it aborted (an assertion, a double free): the heap may be damaged".to_owned())
         }
@@ -27,6 +31,21 @@ pub(super) fn signal(signal: i32, code: i32, address: usize) -> String {
         return format!("{name}: it raised the signal itself");
     }
     format!("{name}: {more}")
+}
+
+/// The name of a signal of a fault.
+pub(super) fn name(signal: i32) -> &'static str {
+    match signal {
+        libc::SIGSEGV => "SIGSEGV",
+        libc::SIGBUS => "SIGBUS",
+        libc::SIGILL => "SIGILL",
+        libc::SIGFPE => "SIGFPE",
+        libc::SIGABRT => "SIGABRT",
+        libc::SIGTRAP => "SIGTRAP",
+        libc::SIGSYS => "SIGSYS",
+        libc::SIGURG => "SIGURG",
+        _ => "a signal",
+    }
 }
 
 /// Where an address is, as `libsea.so+0x1c20`, with the exported function before it; None: in no library.

@@ -4,7 +4,7 @@ use std::mem::ManuallyDrop;
 
 use super::{super::fault::Cause, describe, stack};
 use crate::{
-    guard::{Fate, Fault, Watch, limits, limits::option},
+    guard::{Fate, Fault, limits, limits::option},
     marker,
 };
 
@@ -18,6 +18,30 @@ pub(super) struct Seen {
     pub(super) pc: usize,
     /// The watchdog stopped it.
     pub(super) runaway: bool,
+    /// The function of the C library that it called to end the program or its thread; else it was a signal.
+    pub(super) ended: Option<&'static str>,
+}
+
+impl Seen {
+    /// A call of a function that ends the program or the thread.
+    #[cfg(all(target_env = "gnu", not(target_feature = "crt-static")))]
+    pub(super) fn ended(function: &'static str) -> Self {
+        Self { signal: 0, code: 0, address: 0, pc: 0, runaway: false, ended: Some(function) }
+    }
+
+    /// In words.
+    pub(super) fn fault(self, fate: &Fate) -> Fault {
+        let cause = if let Some(function) = self.ended {
+            Cause::Ended(function)
+        } else if self.runaway {
+            Cause::Runaway { limit: limits().of(fate.watch()), option: option(fate.watch()) }
+        } else if stack::overflowed(self.signal, self.address) {
+            Cause::Signal(format!("SIGSEGV: its stack is full (address {:#x})", self.address))
+        } else {
+            Cause::Signal(describe::signal(self.signal, self.code, self.address))
+        };
+        Fault { cause, place: describe::place(self.pc), job: None }
+    }
 }
 
 /// A guarded call, on its thread's stack.
@@ -55,18 +79,9 @@ impl Frame {
         if let Some(fault) = self.relayed.take() {
             return *fault;
         }
-        let Some(seen) = self.seen else {
-            return Fault { cause: Cause::Signal("an unknown signal".into()), place: None, job: None };
-        };
-        let cause = if seen.runaway {
-            let limits = limits();
-            let limit = if fate.watch() == Watch::Step { limits.step } else { limits.other };
-            Cause::Runaway { limit, option: option() }
-        } else if stack::overflowed(seen.signal, seen.address) {
-            Cause::Signal(format!("SIGSEGV: its stack is full (address {:#x})", seen.address))
-        } else {
-            Cause::Signal(describe::signal(seen.signal, seen.code, seen.address))
-        };
-        Fault { cause, place: describe::place(seen.pc), job: None }
+        match self.seen {
+            Some(seen) => seen.fault(fate),
+            None => Fault { cause: Cause::Signal("an unknown signal".into()), place: None, job: None },
+        }
     }
 }

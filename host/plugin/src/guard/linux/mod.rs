@@ -4,11 +4,17 @@
 #[cfg_attr(target_arch = "aarch64", path = "call_aarch64.rs")]
 mod call;
 mod describe;
+mod ending;
+// A program with the C library in it cannot have these symbols twice.
+#[cfg(all(target_env = "gnu", not(target_feature = "crt-static")))]
+mod ends;
 mod exit;
 mod frame;
+mod last;
 mod probe;
 mod signals;
 mod stack;
+mod taken;
 mod text;
 mod watchdog;
 
@@ -17,14 +23,18 @@ use std::{
     mem::{ManuallyDrop, MaybeUninit},
 };
 
+pub(crate) use ending::{Stranded, join};
 pub(super) use exit::end_without_destructors;
 use frame::Frame;
+pub(crate) use last::{Name, enters, keep};
 pub(crate) use probe::{probe_read, probe_write};
 pub(crate) use stack::{Resident, Thread, require_stack};
+pub use taken::ever_taken;
+pub(crate) use taken::{Taken, put_back, put_back_jobs, put_in_place};
 pub(crate) use text::Text;
 pub(super) use watchdog::{wake as wake_watchdog, watch};
 
-use super::{Fate, Fault};
+use super::{Fate, Fault, fault::Cause};
 use crate::marker::{self, Place};
 
 /// What goes through the guarded call: the closure, then its result.
@@ -64,6 +74,15 @@ pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fau
     }
     // SAFETY: the frame is ours again, and who left the call wrote why.
     Err(unsafe { (*frame).fault(fate) })
+}
+
+/// Leaves the plugin's call that runs on this thread: it called a service with a context that is none. Returns where no call of
+/// a plugin runs here.
+#[cold]
+pub(crate) fn leave_foreign(service: &'static str) {
+    if matches!(marker::place(), Place::Plugin(_)) && !Frame::current().is_null() {
+        leave(Fault { cause: Cause::Foreign(service), place: None, job: None });
+    }
 }
 
 /// Leaves the guarded call that runs on this thread, as a signal would, because of what happened on another thread on its

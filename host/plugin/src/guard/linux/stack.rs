@@ -11,7 +11,7 @@ use std::{
     sync::Arc,
 };
 
-use super::signals;
+use super::{ending, signals};
 use crate::guard::Fate;
 
 /// Room for the handler, and for those that it passes signals on to [bytes]. The kernel's own frame comes on top.
@@ -66,6 +66,34 @@ impl Thread {
 thread_local! {
     /// Lowest address of this thread's stack.
     static STACK: Cell<usize> = const { Cell::new(0) };
+    /// Address behind this thread's stack.
+    static STACK_END: Cell<usize> = const { Cell::new(0) };
+    /// Where the stack of this thread's signal handlers begins, and its size; 0: there is none of ours.
+    static HANDLERS_STACK: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
+}
+
+/// Is an address of this thread's stack above another, in frames that were there first? May be called from a signal handler.
+pub(super) fn is_above(address: usize, other: usize) -> bool {
+    address > other && address < STACK_END.get()
+}
+
+/// Is the handlers' stack the one that [`Resident`] put there? If not, it is now.
+pub(super) fn handlers_stack_is_in_place() -> bool {
+    let (start, size) = HANDLERS_STACK.get();
+    if start == 0 {
+        return true;
+    }
+    // SAFETY: asks for this thread's stack of handlers, and puts back memory that `Resident` keeps for it.
+    unsafe {
+        let mut now: libc::stack_t = std::mem::zeroed();
+        libc::sigaltstack(ptr::null(), &mut now);
+        if now.ss_sp as usize == start && now.ss_size == size && now.ss_flags & libc::SS_DISABLE == 0 {
+            return true;
+        }
+        let ours = libc::stack_t { ss_sp: start as *mut c_void, ss_flags: 0, ss_size: size };
+        libc::sigaltstack(&ours, ptr::null_mut());
+    }
+    false
 }
 
 /// The guard is one page, of up to 64 KiB, at the stack's lower end or just below it.
@@ -107,7 +135,6 @@ fn full(here: usize, lowest: usize) {
 #[derive(Debug)]
 pub(crate) struct Resident {
     fate: Arc<Fate>,
-    id: libc::pthread_t,
     /// Memory of the handler's stack and what was there before; None: the system had none to give, and what was there stays.
     stack: Option<(*mut c_void, usize, libc::stack_t)>,
 }
@@ -116,7 +143,9 @@ impl Resident {
     /// Prepares the calling thread.
     pub(crate) fn new(fate: &Arc<Fate>) -> Self {
         signals::install();
-        STACK.set(lowest_address());
+        let (lowest, size) = own_stack();
+        STACK.set(lowest);
+        STACK_END.set(lowest + size);
         // SAFETY: asks for the calling thread only.
         let id = unsafe { libc::pthread_self() };
         let mut clock = 0;
@@ -125,14 +154,22 @@ impl Resident {
         // SAFETY: as above.
         let task = unsafe { libc::syscall(libc::SYS_gettid) };
         fate.threads().push(Thread { id, task, clock });
-        Self { fate: fate.clone(), id, stack: handler_stack() }
+        // SAFETY: nobody but a plugin would cancel a thread of the host's.
+        unsafe { pthread_setcancelstate(CANCEL_DISABLE, ptr::null_mut()) };
+        Self { fate: fate.clone(), stack: handler_stack() }
     }
+}
+
+/// The same number in all C libraries of Linux.
+const CANCEL_DISABLE: i32 = 1;
+
+unsafe extern "C" {
+    fn pthread_setcancelstate(state: i32, old: *mut i32) -> i32;
 }
 
 impl Drop for Resident {
     fn drop(&mut self) {
-        // Under the lock: the watchdog asks and signals threads that are in the list only.
-        self.fate.threads().retain(|thread| thread.id != self.id);
+        HANDLERS_STACK.set((0, 0));
         if let Some((memory, size, before)) = self.stack {
             // SAFETY: restores what was there before, then unmaps what nobody uses any more.
             unsafe {
@@ -140,6 +177,8 @@ impl Drop for Resident {
                 libc::munmap(memory, size);
             }
         }
+        // The thread stays in the generation's list until it is joined: the watchdog looks at its end, too.
+        ending::begin(&self.fate);
     }
 }
 
@@ -165,21 +204,22 @@ fn handler_stack() -> Option<(*mut c_void, usize, libc::stack_t)> {
             libc::munmap(memory, size);
             return None;
         }
+        HANDLERS_STACK.set((stack.ss_sp as usize, stack.ss_size));
         Some((memory, size, before))
     }
 }
 
-/// Lowest address of the calling thread's stack; 0: unknown.
-fn lowest_address() -> usize {
+/// Lowest address of the calling thread's stack, and its size; 0: unknown.
+fn own_stack() -> (usize, usize) {
     let mut attributes = MaybeUninit::<libc::pthread_attr_t>::zeroed();
     let (mut start, mut size) = (ptr::null_mut(), 0);
     // SAFETY: the calling thread's attributes, which are destroyed again.
     unsafe {
         if libc::pthread_getattr_np(libc::pthread_self(), attributes.as_mut_ptr()) != 0 {
-            return 0;
+            return (0, 0);
         }
         libc::pthread_attr_getstack(attributes.as_ptr(), &mut start, &mut size);
         libc::pthread_attr_destroy(attributes.as_mut_ptr());
     }
-    start as usize
+    (start as usize, size)
 }

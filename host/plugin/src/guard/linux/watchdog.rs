@@ -140,7 +140,7 @@ impl Watched {
         if limits.step.is_zero() {
             return true;
         }
-        let limit = if fate.watch() == Watch::Step { limits.step } else { limits.other };
+        let limit = limits.of(fate.watch());
         let (busiest, used) = self.used(fate, limit);
         match (self.asked, self.denied) {
             (None, _) if used >= limit => {
@@ -183,7 +183,9 @@ impl Watched {
         match times.max() {
             Some(busiest) => {
                 let busiest = Duration::from_nanos(busiest);
-                let clock = if waited >= limit.max(LONGEST_WAIT) { waited } else { waited / WAITING };
+                // Nobody waits for long while something ends.
+                let slowly = waited < limit.max(LONGEST_WAIT) && fate.watch() != Watch::End;
+                let clock = if slowly { waited / WAITING } else { waited };
                 // A thread that could go on, and has no processor, is no fault of its own, however long that takes.
                 let waits = clock >= limit && threads.iter().all(super::stack::Thread::is_asleep);
                 (busiest, if waits { busiest.max(clock) } else { busiest })

@@ -55,7 +55,7 @@ pub fn species(name: &str) -> Species {
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// All species in assets.
+/// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed.
 pub fn species_names() -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(assets().join("species"))
         .expect("assets/species")
@@ -64,6 +64,7 @@ pub fn species_names() -> Vec<String> {
             (path.extension()? == "toml").then(|| path.file_stem()?.to_str().map(str::to_owned))?
         })
         .collect();
+    names.retain(|name| !species_table(name, &Map::new()).contains_key("stem"));
     names.sort();
     names
 }

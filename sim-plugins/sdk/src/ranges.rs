@@ -1,10 +1,11 @@
 //! Holds numbers against the ranges of their own JSON Schema, so that a configuration which reaches the module without the
 //! scene reader is refused in the same places.
 
-use reef_sdk::ConfigError;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
+
+use crate::ConfigError;
 
 /// The first value of `config` that lies outside of its schema's range, length or pattern of keys.
 pub fn check<T: JsonSchema + Serialize>(config: &T) -> Result<(), ConfigError> {
@@ -73,19 +74,32 @@ fn walk(root: &Value, schema: &Value, value: &Value, path: &str, depth: usize) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Config, FibreGrid};
+
+    #[derive(Clone, Serialize, JsonSchema)]
+    struct Grid {
+        #[schemars(range(max = 1e12), extend("exclusiveMinimum" = 0.0))]
+        stiffness: f64,
+        #[schemars(inner(range(min = 0.0)))]
+        radius: [f64; 2],
+        #[schemars(range(min = 2, max = 256))]
+        nodes: u32,
+    }
+
+    #[derive(Serialize, JsonSchema)]
+    struct Config {
+        fibres: Vec<Grid>,
+    }
 
     #[test]
     fn numbers_out_of_range_are_named_by_their_path() {
-        let grid = |grid: FibreGrid| {
-            check(&Config { fibres: vec![FibreGrid::default(), grid], ..Config::default() })
-        };
-        assert_eq!(grid(FibreGrid::default()), Ok(()));
-        let error = grid(FibreGrid { stiffness: 0.0, ..FibreGrid::default() }).unwrap_err();
+        let good = Grid { stiffness: 1.0, radius: [0.1, 0.1], nodes: 10 };
+        let grid = |grid: Grid| check(&Config { fibres: vec![good.clone(), grid] });
+        assert_eq!(grid(good.clone()), Ok(()));
+        let error = grid(Grid { stiffness: 0.0, ..good.clone() }).unwrap_err();
         assert_eq!(error.to_string(), "fibres[1].stiffness: must be above 0, is 0");
-        let error = grid(FibreGrid { radius: [0.1, -1.0], ..FibreGrid::default() }).unwrap_err();
+        let error = grid(Grid { radius: [0.1, -1.0], ..good.clone() }).unwrap_err();
         assert_eq!(error.path, "fibres[1].radius[1]");
-        let error = grid(FibreGrid { nodes: 257, ..FibreGrid::default() }).unwrap_err();
+        let error = grid(Grid { nodes: 257, ..good.clone() }).unwrap_err();
         assert_eq!(error.to_string(), "fibres[1].nodes: must be at most 256, is 257");
     }
 }

@@ -1,0 +1,120 @@
+//! Builds that were loaded without a fault, by the hash of what a program can see of them: a file each, with the ids of its
+//! plugins.
+
+use std::{
+    fs::{self, File},
+    io::{Read, Write},
+    path::Path,
+    sync::atomic::{AtomicU32, Ordering},
+    time::SystemTime,
+};
+
+use reef_abi as abi;
+
+use crate::image::Image;
+
+/// Builds that are noted; of more the oldest are forgotten.
+const MOST: usize = 512;
+/// A note is no longer than this [bytes].
+const LONGEST: u64 = 1 << 16;
+
+/// The hash of a build, as this version of the host sees it.
+pub(super) fn hash(image: &Image<'_>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(&abi::HEADER_HASH.to_le_bytes());
+    hasher.update(&image.length().to_le_bytes());
+    for (start, bytes) in image.parts() {
+        hasher.update(&start.to_le_bytes());
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// The ids of a known build's plugins.
+pub(super) fn recall(folder: &Path, hash: &str) -> Option<Vec<String>> {
+    let mut text = String::new();
+    File::open(folder.join(hash)).ok()?.take(LONGEST).read_to_string(&mut text).ok()?;
+    let mut lines = text.lines();
+    // A note that was cut has no end.
+    (lines.next_back()? == "end").then(|| lines.map(str::to_owned).collect())
+}
+
+/// Notes a build. One that cannot be noted is tried again.
+pub(super) fn remember(folder: &Path, hash: &str, plugins: &[String]) {
+    let text: String =
+        plugins.iter().map(String::as_str).chain(["end"]).map(|line| format!("{line}\n")).collect();
+    let written = fs::create_dir_all(folder).and_then(|()| tempfile::NamedTempFile::new_in(folder)).and_then(
+        |mut file| {
+            file.write_all(text.as_bytes())?;
+            file.persist(folder.join(hash))?;
+            Ok(())
+        },
+    );
+    match written {
+        Ok(()) => forget(folder),
+        Err(error) => tracing::debug!("{}: known builds are not noted: {error}", folder.display()),
+    }
+}
+
+/// Forgets the oldest where there are many; looks for that now and then.
+fn forget(folder: &Path) {
+    const EACH: u32 = 64;
+    static NOTED: AtomicU32 = AtomicU32::new(0);
+    if !NOTED.fetch_add(1, Ordering::Relaxed).is_multiple_of(EACH) {
+        return;
+    }
+    forget_now(folder);
+}
+
+fn forget_now(folder: &Path) {
+    let entries: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().collect();
+    if entries.len() <= MOST {
+        return;
+    }
+    let time = |entry: &fs::DirEntry| entry.metadata().and_then(|data| data.modified());
+    let mut entries: Vec<(SystemTime, _)> =
+        entries.iter().filter_map(|entry| Some((time(entry).ok()?, entry.path()))).collect();
+    entries.sort();
+    for (_, path) in entries.iter().take(entries.len().saturating_sub(MOST / 2)) {
+        // Another run may have done it.
+        let _ = fs::remove_file(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_noted_is_recalled_and_half_a_note_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("plugins");
+        assert_eq!(recall(&folder, "a"), None);
+        let ids = ["x.y".to_owned(), "x.z".to_owned()];
+        remember(&folder, "a", &ids);
+        assert_eq!(recall(&folder, "a").as_deref(), Some(&ids[..]));
+        fs::write(folder.join("b"), "x.y\nx").unwrap();
+        assert_eq!(recall(&folder, "b"), None);
+    }
+
+    #[test]
+    fn the_oldest_of_many_are_forgotten() {
+        let folder = tempfile::tempdir().unwrap();
+        for number in 0..MOST {
+            fs::write(folder.path().join(number.to_string()), "end\n").unwrap();
+        }
+        remember(folder.path(), "new", &[]);
+        forget_now(folder.path());
+        assert!(fs::read_dir(folder.path()).unwrap().count() <= MOST / 2);
+        assert_eq!(recall(folder.path(), "new").as_deref(), Some(&[][..]));
+    }
+
+    #[test]
+    fn a_hash_is_of_the_whole_content() {
+        let hash = |bytes: &[u8]| hash(&Image::whole(bytes));
+        assert_eq!(hash(b"abc"), hash(b"abc"));
+        assert!(hash(b"abc") != hash(b"abd") && hash(b"abc") != hash(b"abc\0"));
+    }
+}

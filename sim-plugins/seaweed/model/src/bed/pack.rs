@@ -1,0 +1,270 @@
+//! Eight plants of one species that stand near one another: what they are, and their part of a step.
+
+use glam::{DQuat, DVec3};
+use reef_flow::waves::Trains;
+use reef_sdk::abi::Wave;
+
+use super::{CATCH_UP, Kind, Pass, Plant, Room, Stand, Surroundings, Work, catch_up_end, cell::Cell};
+use crate::{
+    kernel::{self, Row},
+    lanes::{Lane, WIDTH},
+    levels::{Choice, Levels, toward},
+    random::Random,
+    view::View,
+    water::Water,
+};
+
+/// Nobody.
+pub(super) const EMPTY: u32 = u32::MAX;
+
+/// Eight plants.
+#[derive(Clone, Debug)]
+pub(super) struct Pack {
+    kind: u32,
+    cell: u32,
+    pub(super) numbers: [u32; WIDTH],
+    pub(super) stand: Stand,
+    /// How long each has not been stepped [s].
+    pub(super) paused: [f32; WIDTH],
+    /// Bit by bit: who was stepped in the last step, and who made up for others in it.
+    stepped: u8,
+    jumped: u8,
+    /// No part of each comes farther from its root than this [m].
+    reach: [f32; WIDTH],
+    work: Work,
+}
+
+/// What a worker needs for a pack. What is in it from others changes nothing.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    room: Room,
+    trains: Trains,
+}
+
+impl Scratch {
+    /// Makes room for the longest plant and all trains, so that no step needs memory later.
+    pub(super) fn fit(&mut self, segments: usize, waves: &[Wave], depth: f64) {
+        self.room.fit(segments);
+        if self.trains.len() < waves.len() {
+            self.trains.fill(waves, depth, [0.0; 3]);
+        }
+    }
+}
+
+/// What is around a pack in one step.
+#[derive(Clone, Copy)]
+pub(super) struct Sea<'a> {
+    pub(super) around: &'a Surroundings<'a>,
+    pub(super) levels: &'a Levels,
+    pub(super) view: &'a View,
+    pub(super) cell: &'a Cell,
+    pub(super) kind: &'a Kind,
+    pub(super) choice: &'a Choice,
+    /// The trains some time ago.
+    pub(super) before: &'a [Vec<Wave>],
+}
+
+impl Pack {
+    pub(super) fn new(
+        kind: usize,
+        cell: usize,
+        numbers: &[u32],
+        plants: &[&Plant],
+        anchor: DVec3,
+        what: &Kind,
+        rows: &mut [Row],
+    ) -> Self {
+        let mut stand = Stand { size: Lane::all(1.0), stiff: Lane::all(1.0), ..Stand::default() };
+        stand.x[0] = Lane::all(1.0);
+        stand.y[1] = Lane::all(1.0);
+        stand.normal[1] = Lane::all(1.0);
+        stand.ground = Lane::all(NO_GROUND);
+        let mut all = [EMPTY; WIDTH];
+        let mut reach = [0.0; WIDTH];
+        for (lane, (number, plant)) in numbers.iter().zip(plants).enumerate() {
+            all[lane] = *number;
+            reach[lane] = (what.skeleton.reach() * plant.size) as f32;
+            set(&mut stand, lane, plant, anchor);
+            let mut random = Random::new(plant.seed, 0x5ea7);
+            for (row, segment) in rows.iter_mut().zip(what.skeleton.segments()) {
+                let mut rest = |angle: f64| (angle + plant.bend * random.signed()) as f32;
+                let [theta, phi] = [rest(segment.theta), rest(segment.phi)];
+                (row.theta.0[lane], row.theta_rest.0[lane]) = (theta, theta);
+                (row.phi.0[lane], row.phi_rest.0[lane]) = (phi, phi);
+            }
+        }
+        Self {
+            kind: kind as u32,
+            cell: cell as u32,
+            numbers: all,
+            stand,
+            paused: [0.0; WIDTH],
+            stepped: 0,
+            jumped: 0,
+            reach,
+            work: Work::default(),
+        }
+    }
+
+    pub(super) fn kind(&self) -> usize {
+        self.kind as usize
+    }
+
+    pub(super) fn cell(&self) -> usize {
+        self.cell as usize
+    }
+
+    /// Plants in here.
+    pub(super) fn lanes(&self) -> impl Iterator<Item = (usize, u32)> + use<'_> {
+        self.numbers.iter().copied().enumerate().filter(|(_, number)| *number != EMPTY)
+    }
+
+    pub(super) fn work(&self) -> Work {
+        self.work
+    }
+
+    pub(super) fn detail(&self, lane: usize) -> [f32; 2] {
+        [self.stand.detail.0[lane], self.stand.lagged.0[lane]]
+    }
+
+    pub(super) fn stepped(&self, lane: usize) -> bool {
+        self.stepped >> lane & 1 != 0
+    }
+
+    pub(super) fn jumped(&self, lane: usize) -> bool {
+        self.jumped >> lane & 1 != 0
+    }
+
+    /// Centre of gravity, its velocity and acceleration.
+    pub(super) fn gravity(&self, lane: usize, anchor: DVec3) -> [DVec3; 3] {
+        let of = |lanes: &[Lane; 3]| DVec3::from([0, 1, 2].map(|i| f64::from(lanes[i].0[lane])));
+        [anchor + of(&self.stand.gravity), of(&self.stand.drift), of(&self.stand.push)]
+    }
+
+    pub(super) fn step(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch) {
+        let dt = sea.around.dt as f32;
+        let mut steps = [0.0; WIDTH];
+        (self.stepped, self.jumped) = (0, 0);
+        self.work = Work::default();
+        for (lane, steps) in steps.iter_mut().enumerate() {
+            if self.numbers[lane] == EMPTY {
+                continue;
+            }
+            let [x, y, z] = [0, 1, 2].map(|i| f64::from(self.stand.origin[i].0[lane]));
+            let root = sea.cell.anchor() + DVec3::new(x, y, z);
+            let reach = f64::from(self.reach[lane]);
+            let in_view = sea.cell.visible && (!sea.levels.visible || sea.view.sees(root, reach));
+            if !in_view {
+                self.paused[lane] += dt;
+                continue;
+            }
+            *steps = dt;
+            self.stepped |= 1 << lane;
+            let wanted = sea.levels.wanted(sea.view.distance(root, reach));
+            let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
+            if self.paused[lane] > 0.0 {
+                // Nobody saw what it was before.
+                [*detail, *lagged] = wanted;
+                self.jumped |= 1 << lane;
+            } else {
+                let pace = sea.levels.pace(sea.around.dt);
+                *detail = toward(*detail, wanted[0], pace);
+                *lagged = toward(*lagged, wanted[1], pace);
+            }
+            self.count(sea.kind, lane);
+        }
+        if self.stepped == 0 {
+            return;
+        }
+        if self.jumped != 0 {
+            self.catch_up(sea, rows, scratch, &steps);
+        }
+        let pass = self.pass(sea, &sea.cell.trains, Lane(steps));
+        kernel::step(sea.around.level, &pass, &mut self.stand, rows, &mut scratch.room);
+    }
+
+    /// Adds what a plant's step takes.
+    fn count(&mut self, kind: &Kind, lane: usize) {
+        let detail = self.stand.detail.0[lane];
+        let level = if detail < 1.0 { 0 } else { u8::from(detail >= 2.0) + 1 };
+        self.work.joints += kind.skeleton.computed(level) as u64;
+        self.work.evaluations += kind.skeleton.evaluated(level) as u64;
+        self.work.plants += 1;
+    }
+
+    /// Lets those that come into view make up for the steps since they left it: the last few seconds of them,
+    /// in a few long ones, in the waves of these times.
+    fn catch_up(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch, steps: &[f32; WIDTH]) {
+        let anchor = sea.cell.anchor().to_array();
+        for (i, waves) in sea.before.iter().enumerate() {
+            let (begin, end) = (CATCH_UP[i] as f32, catch_up_end(i) as f32);
+            let mut long = self.paused.map(|paused| (paused.min(begin) - end).max(0.0));
+            for (long, step) in long.iter_mut().zip(steps) {
+                *long = if *step > 0.0 { *long } else { 0.0 };
+            }
+            if long == [0.0; WIDTH] {
+                continue;
+            }
+            if sea.levels.waves > 0.0 {
+                scratch.trains.fill(waves, sea.around.depth, anchor);
+            } else {
+                scratch.trains.fill(&[], sea.around.depth, anchor);
+            }
+            let pass = self.pass(sea, &scratch.trains, Lane(long));
+            kernel::step(sea.around.level, &pass, &mut self.stand, rows, &mut scratch.room);
+        }
+        for (paused, step) in self.paused.iter_mut().zip(steps) {
+            *paused = if *step > 0.0 { 0.0 } else { *paused };
+        }
+    }
+
+    fn pass<'a>(&self, sea: &Sea<'a>, trains: &'a Trains, dt: Lane) -> Pass<'a> {
+        let anchor = sea.cell.anchor();
+        let highest = self.lanes().map(|(lane, _)| self.stand.origin[1].0[lane] + self.reach[lane]);
+        let waves: f32 = sea.around.waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
+        let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
+        let top = anchor.y + 0.5 * super::cell::SIZE + sea.kind.skeleton.reach() * LARGEST;
+        Pass {
+            joints: &sea.kind.skeleton.joints,
+            water: Water {
+                currents: &sea.cell.currents,
+                trains,
+                count: sea.choice.count(top, sea.cell.distance(sea.view.eye)),
+                share: sea.levels.waves as f32,
+            },
+            level: anchor.y as f32,
+            capsules: &sea.cell.capsules,
+            dt,
+            lag: sea.kind.lag as f32,
+            contact: sea.levels.contact as f32,
+            deep: highest < -2.0 * kernel::SKIN,
+        }
+    }
+}
+
+/// Largest size of a plant that the choice of trains counts with; what is larger chooses as if it were.
+const LARGEST: f64 = 2.0;
+/// Lower than anything.
+const NO_GROUND: f32 = -1e30;
+
+fn set(stand: &mut Stand, lane: usize, plant: &Plant, anchor: DVec3) {
+    let up = plant.up.normalize_or(DVec3::Y);
+    let turn = DQuat::from_rotation_arc(DVec3::Y, up) * DQuat::from_rotation_y(plant.yaw);
+    let put = |lanes: &mut [Lane; 3], value: DVec3| {
+        for (into, value) in lanes.iter_mut().zip(value.to_array()) {
+            into.0[lane] = value as f32;
+        }
+    };
+    put(&mut stand.origin, plant.root - anchor);
+    put(&mut stand.x, turn * DVec3::X);
+    put(&mut stand.y, turn * DVec3::Y);
+    put(&mut stand.gravity, plant.root - anchor);
+    put(&mut stand.low, plant.root - anchor);
+    put(&mut stand.high, plant.root - anchor);
+    stand.size.0[lane] = plant.size as f32;
+    stand.stiff.0[lane] = plant.stiff as f32;
+    if let Some(normal) = plant.ground {
+        put(&mut stand.normal, normal);
+        stand.ground.0[lane] = normal.dot(plant.root - anchor) as f32;
+    }
+}

@@ -1,0 +1,207 @@
+//! What acts on the segments (§4.3.1): drag and inertia of the water at their centres, buoyancy, and what
+//! they touch.
+
+use fearless_simd::{Select, Simd, f32x8, prelude::*};
+use reef_flow::simd::{clamp, splat};
+
+use super::{Needs, Node, Pass, Stand, pose::Frame};
+use crate::{
+    lanes::{
+        Lane, Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub,
+        sub_scaled,
+    },
+    skeleton::Joint,
+    water::{Felt, felt},
+};
+
+/// A capsule that nothing should enter, relative to the anchor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Capsule {
+    /// One end of its axis [m], and from there to the other.
+    pub(crate) from: [f32; 3],
+    pub(crate) delta: [f32; 3],
+    /// [m]
+    pub(crate) radius: f32,
+}
+
+/// Half of the height [m] over which a segment comes out of the water.
+pub(crate) const SKIN: f32 = 0.05;
+/// Where on a segment, as shares of its length, two points stand for it: ½ ∓ 1/(2√3).
+const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
+
+/// What acts on all segments of a pack.
+pub(super) struct Acting<'a, S: Simd> {
+    pass: &'a Pass<'a>,
+    size: f32x8<S>,
+    size2: f32x8<S>,
+    size3: f32x8<S>,
+    normal: Vector<S>,
+    ground: f32x8<S>,
+}
+
+impl<'a, S: Simd> Acting<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, pass: &'a Pass<'a>, stand: &Stand) -> Self {
+        let size = load(simd, &stand.size);
+        Self {
+            pass,
+            size,
+            size2: size * size,
+            size3: size * size * size,
+            normal: load3(simd, &stand.normal),
+            ground: load(simd, &stand.ground),
+        }
+    }
+
+    /// The water at a segment's centre.
+    #[inline(always)]
+    pub(super) fn water(&self, simd: S, joint: &Joint, y: Vector<S>, origin: Vector<S>) -> Felt<f32x8<S>> {
+        let half = self.size * splat(simd, 0.5 * joint.length);
+        felt(simd, &self.pass.water, add_scaled(origin, y, half))
+    }
+
+    /// Forces on a segment in that water.
+    #[inline(always)]
+    pub(super) fn act(
+        &self,
+        simd: S,
+        joint: &Joint,
+        frame: &Frame<S>,
+        felt: &Felt<f32x8<S>>,
+        node: &mut Node,
+    ) {
+        let one = splat(simd, 1.0);
+        let (y, origin) = (frame.y, frame.origin);
+        let long = self.size * splat(simd, joint.length);
+        let end = add_scaled(origin, y, long);
+        let weight = self.size3 * splat(simd, joint.weight);
+        let buoyant = self.size3 * splat(simd, joint.lift) + weight;
+        let (mut drag, mut carried) =
+            (self.size2 * splat(simd, joint.drag), self.size3 * splat(simd, joint.carried));
+        let mut up = buoyant - weight;
+        let mut touch = self.touch(simd, joint, end, node);
+        // Deep down each of the following is exact: what a neighbour needs changes nothing.
+        if self.pass.deep {
+            store(&mut node.surface, splat(simd, 0.0));
+            touch[1] += splat(simd, 0.0);
+        } else {
+            // What is above the surface has no water to drag it or to bear it. Seen at two points (Gauss's),
+            // so that a segment that floats lies down.
+            let under = felt.rise - origin[1] - splat(simd, self.pass.level);
+            let rises = y[1] * long;
+            let lower = wet(simd, under - rises * splat(simd, GAUSS[0]));
+            let upper = wet(simd, under - rises * splat(simd, GAUSS[1]));
+            let wet = (lower + upper) * splat(simd, 0.5);
+            // Two forces at the points are one at the centre and one at the end.
+            let aside = (upper - lower) * buoyant * splat(simd, 0.5 * (GAUSS[1] - GAUSS[0]));
+            (drag, carried) = (drag * wet, carried * wet);
+            up = wet * buoyant - weight - aside;
+            touch[1] += aside;
+            let floating = wet * (one - wet) * splat(simd, 4.0);
+            store(&mut node.surface, floating * buoyant.abs() * splat(simd, 0.5 / SKIN));
+        }
+        let mut force = add_scaled(scale(felt.velocity, drag), felt.acceleration, carried);
+        force[1] += up;
+        store3(&mut node.force, force);
+        store(&mut node.drag, drag);
+        store3(&mut node.touch, touch);
+    }
+
+    /// The force of what a segment's end overlaps: the sum of (overlap) · (way out) · stiffness.
+    #[inline(always)]
+    fn touch(&self, simd: S, joint: &Joint, end: Vector<S>, node: &mut Node) -> Vector<S> {
+        let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
+        if self.pass.contact <= 0.0 {
+            store(&mut node.touching, zero);
+            return [zero; 3];
+        }
+        let radius = self.size * splat(simd, joint.radius);
+        let over = dot(self.normal, end) - self.ground;
+        let depth = (radius - over - self.size * splat(simd, joint.buried)).max(zero);
+        let mut push = scale(self.normal, depth);
+        let mut touching = depth.simd_gt(zero).select(one, zero);
+        for capsule in self.pass.capsules {
+            let (off, distance) = from_axis(simd, capsule, end);
+            let depth = (radius + splat(simd, capsule.radius) - distance).max(zero);
+            touching = depth.simd_gt(zero).select(one, touching);
+            // On the axis itself there is no way out to prefer: no push.
+            push = add_scaled(push, off, depth / distance.max(splat(simd, 1e-9)));
+        }
+        store(&mut node.touching, touching);
+        scale(push, splat(simd, self.pass.contact))
+    }
+}
+
+/// Share of a point that is in the water, so far under its surface.
+#[inline(always)]
+fn wet<S: Simd>(simd: S, under: f32x8<S>) -> f32x8<S> {
+    let share = under * splat(simd, 0.5 / SKIN) + splat(simd, 0.5);
+    clamp(share, splat(simd, 0.0), splat(simd, 1.0))
+}
+
+/// From the nearest point of a capsule's axis, and how far that is.
+#[inline(always)]
+fn from_axis<S: Simd>(simd: S, capsule: &Capsule, place: Vector<S>) -> (Vector<S>, f32x8<S>) {
+    let [dx, dy, dz] = capsule.delta;
+    let inverse = 1.0 / (dx * dx + dy * dy + dz * dz).max(1e-12);
+    let [x, y, z] = capsule.from;
+    let p = sub(place, [splat(simd, x), splat(simd, y), splat(simd, z)]);
+    let d = [splat(simd, dx), splat(simd, dy), splat(simd, dz)];
+    let along = clamp(dot(d, p) * splat(simd, inverse), splat(simd, 0.0), splat(simd, 1.0));
+    let off = sub_scaled(p, d, along);
+    (off, length(off))
+}
+
+/// The water and the forces of all segments where a level, or one between two, takes the water of some for
+/// others.
+#[inline(always)]
+pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand, nodes: &mut [Node]) {
+    let acting = Acting::new(simd, pass, stand);
+    for (number, (joint, node)) in (0..).zip(pass.joints.iter().zip(nodes.iter_mut())) {
+        if joint.feels(number, needs.level) {
+            let felt = acting.water(simd, joint, load3(simd, &node.y), load3(simd, &node.origin));
+            store3(&mut node.velocity, felt.velocity);
+            store3(&mut node.acceleration, felt.acceleration);
+            store(&mut node.rise, felt.rise);
+        }
+    }
+    let one = splat(simd, 1.0);
+    let detail = load(simd, &stand.detail);
+    let shares = Shares { middle: smooth(simd, detail), far: smooth(simd, detail - one) };
+    for (number, joint) in pass.joints.iter().enumerate() {
+        let sources = [&nodes[number], &nodes[joint.middle as usize], &nodes[joint.far as usize]];
+        let how = (needs, shares);
+        let mut felt = Felt { velocity: [one; 3], acceleration: [one; 3], rise: one };
+        for i in 0..3 {
+            felt.velocity[i] = taken(simd, how, sources.map(|node| &node.velocity[i]));
+            felt.acceleration[i] = taken(simd, how, sources.map(|node| &node.acceleration[i]));
+        }
+        felt.rise = taken(simd, how, sources.map(|node| &node.rise));
+        let node = &mut nodes[number];
+        let frame = Frame { x: [one; 3], y: load3(simd, &node.y), origin: load3(simd, &node.origin) };
+        acting.act(simd, joint, &frame, &felt, node);
+    }
+}
+
+/// Share of the middle level's water, and of the far one's on top of that.
+#[derive(Clone, Copy)]
+struct Shares<S: Simd> {
+    middle: f32x8<S>,
+    far: f32x8<S>,
+}
+
+/// One number of the water that a segment feels: its own, or that of another of its branch; between two
+/// levels some of both.
+#[inline(always)]
+fn taken<S: Simd>(simd: S, (needs, shares): (Needs, Shares<S>), [own, middle, far]: [&Lane; 3]) -> f32x8<S> {
+    let far = load(simd, far);
+    if needs.level == 2 {
+        return far;
+    }
+    let middle = load(simd, middle);
+    let near = match needs.level {
+        0 => mix(simd, load(simd, own), middle, shares.middle),
+        _ => middle,
+    };
+    if needs.mixed { mix(simd, near, far, shares.far) } else { near }
+}

@@ -1,0 +1,162 @@
+//! The levels of detail's switches and borders (§4.4), and how a plant goes over from one level, or one
+//! method, to another.
+
+use reef_flow::waves::{Lens, Rule, Selection};
+use reef_sdk::abi::{Camera, Wave};
+
+/// By which method plants move (§4.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The physical one; far away, where levels of detail are on, the procedural one.
+    #[default]
+    Auto,
+    /// The physical one at all levels.
+    Physical,
+    /// The procedural one at all levels.
+    Procedural,
+}
+
+/// What a person may change while the sea runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Levels {
+    /// Compute fewer segments of plants that are farther away (§4.4.1).
+    pub segments: bool,
+    /// ND: nearer plants have all segments computed [m].
+    pub near: f64,
+    /// FD: farther plants have the first segment of each branch computed, procedurally [m].
+    pub far: f64,
+    /// Leave plants as they are while nobody sees them (§4.4.2).
+    pub visible: bool,
+    /// How much wider than the camera's picture is counted as in view.
+    pub margin: f64,
+    /// Leave out wave trains that nobody sees the work of (§4.4.2).
+    pub trains: bool,
+    /// A_min: what they may displace water by on the screen [px].
+    pub threshold: f64,
+    /// By which method they move.
+    pub method: Method,
+    /// Share of the waves that plants feel; 1: all.
+    pub waves: f64,
+    /// Stiffness of contacts with ground, rocks and obstacles [N/m]; 0: nothing touches.
+    pub contact: f64,
+    /// Time in which a plant goes over from one level or method to the next [s].
+    pub blend: f64,
+}
+
+impl Default for Levels {
+    fn default() -> Self {
+        Self {
+            segments: true,
+            near: 5.0,
+            far: 20.0,
+            visible: true,
+            margin: 0.15,
+            trains: true,
+            threshold: 0.5,
+            method: Method::Auto,
+            waves: 1.0,
+            contact: 60.0,
+            blend: 1.0,
+        }
+    }
+}
+
+impl Levels {
+    /// None of them: every segment of every plant, physically, under all trains.
+    pub fn none() -> Self {
+        Self { segments: false, visible: false, trains: false, ..Self::default() }
+    }
+
+    /// The level that a plant at a distance [m] should have, and the procedural method's share.
+    pub fn wanted(&self, distance: f64) -> [f32; 2] {
+        let level = match self.segments {
+            true if distance > self.far => 2.0,
+            true if distance > self.near => 1.0,
+            _ => 0.0,
+        };
+        let lagged = match self.method {
+            Method::Auto => f32::from(u8::from(level == 2.0)),
+            Method::Physical => 0.0,
+            Method::Procedural => 1.0,
+        };
+        [level, lagged]
+    }
+
+    /// How far a plant goes toward another level or method in a step [s].
+    pub fn pace(&self, dt: f64) -> f32 {
+        (dt / self.blend.max(1e-6)).min(2.0) as f32
+    }
+}
+
+/// From `now` toward `wanted` by `pace` at most; exactly there when it is in reach.
+pub fn toward(now: f32, wanted: f32, pace: f32) -> f32 {
+    let way = wanted - now;
+    if way.abs() <= pace { wanted } else { now + pace.copysign(way) }
+}
+
+/// How many wave trains matter from how far away. Made anew when something of it changes, not each step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Choice {
+    /// Focal length and corner of the lens, threshold, depth.
+    key: [f64; 4],
+    /// Amplitude and wave number of each train.
+    trains: Vec<[f32; 2]>,
+    selection: Option<Selection>,
+}
+
+impl Choice {
+    /// Looks at a step's trains through its camera.
+    pub(crate) fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, levels: &Levels) {
+        if !levels.trains || waves.is_empty() {
+            self.selection = None;
+            return;
+        }
+        let lens = Lens::new(camera);
+        let key = [lens.focal, lens.corner, levels.threshold, depth];
+        let same = |(known, wave): (&[f32; 2], &Wave)| *known == [wave.amplitude, wave.wave_number];
+        let known = self.selection.is_some()
+            && self.key == key
+            && self.trains.len() == waves.len()
+            && self.trains.iter().zip(waves).all(same);
+        if known {
+            return;
+        }
+        self.key = key;
+        self.trains.clear();
+        self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
+        self.selection = Some(Selection::new(waves, depth, lens, levels.threshold, Rule::Sum, [-depth, 0.0]));
+    }
+
+    /// How many trains matter for what reaches up to the height `y` [m, world] at a distance [m].
+    pub(crate) fn count(&self, y: f64, distance: f64) -> usize {
+        self.selection.as_ref().map_or(usize::MAX, |table| table.count(y.min(0.0) as f32, distance as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_follow_from_the_distance() {
+        let levels = Levels::default();
+        assert_eq!([4.9, 5.1, 19.9, 20.1].map(|d| levels.wanted(d)[0]), [0.0, 1.0, 1.0, 2.0]);
+        assert_eq!([4.9, 19.9, 20.1].map(|d| levels.wanted(d)[1]), [0.0, 0.0, 1.0]);
+        assert_eq!(Levels::none().wanted(1e9), [0.0, 0.0]);
+        let method = |method| Levels { method, ..levels };
+        assert_eq!(method(Method::Procedural).wanted(1.0), [0.0, 1.0]);
+        assert_eq!(method(Method::Physical).wanted(100.0), [2.0, 0.0]);
+    }
+
+    #[test]
+    fn going_over_takes_about_a_second_and_ends_exactly() {
+        let levels = Levels::default();
+        let (mut now, mut steps) = (0.0, 0);
+        while now != 1.0 {
+            now = toward(now, 1.0, levels.pace(1.0 / 60.0));
+            steps += 1;
+        }
+        assert!((60..=61).contains(&steps), "{steps}");
+        assert_eq!(toward(2.0, 0.0, 0.25), 1.75);
+    }
+}

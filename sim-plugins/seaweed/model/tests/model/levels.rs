@@ -1,0 +1,157 @@
+//! Levels of detail (§4.4): what they leave out, and that nobody sees it.
+
+use glam::DVec3;
+use reef_sdk::abi::Camera;
+use reef_seaweed_model::{
+    bed::{Bed, Plant, Surroundings},
+    levels::{Levels, Method},
+};
+
+use crate::common::*;
+
+/// Five plants beside the way.
+fn row() -> Vec<Plant> {
+    (0..5)
+        .map(|i| Plant {
+            yaw: f64::from(i),
+            size: 0.8 + 0.1 * f64::from(i),
+            ..plant(PLACE + DVec3::X * (f64::from(i) - 2.0))
+        })
+        .collect()
+}
+
+/// The farthest that a node moves in a camera's picture between two steps [px].
+fn moved(before: &[DVec3], after: &[DVec3], camera: &Camera) -> f64 {
+    let pairs =
+        before.iter().zip(after).filter_map(|(a, b)| Some((project(camera, *a)?, project(camera, *b)?)));
+    pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+}
+
+fn all_nodes(bed: &mut Bed) -> Vec<DVec3> {
+    (0..5).flat_map(|i| nodes(bed, i)).collect()
+}
+
+#[test]
+fn crossing_the_borders_moves_no_vertex_by_more_than_two_pixels() {
+    // In a current, and in a current and a swell; there what the plants do without levels comes on top.
+    for amplitude in [0.0, 0.25] {
+        let mut bed = Bed::new(vec![kind(usual_blade())], row());
+        let mut without = bed.clone();
+        let flow = [current(DVec3::new(0.12, 0.0, 0.03))];
+        let (mut worst, mut before, mut twins_before): (f64, Vec<DVec3>, Vec<DVec3>) = (0.0, vec![], vec![]);
+        let mut seen = [false; 3];
+        for step in 0..2700 {
+            let time = f64::from(step) * DT;
+            // Ten seconds to settle, then from 3 m to 24 m and back at 1.2 m/s.
+            let way = (time - 10.0).clamp(0.0, 35.0) * 1.2;
+            let distance = if way < 21.0 { 3.0 + way } else { 45.0 - way };
+            let camera = camera(PLACE + DVec3::new(0.0, 0.6, distance), PLACE + DVec3::Y * 0.4);
+            let waves = [swell(amplitude, 6.0, time)];
+            let around = around(&flow, if amplitude > 0.0 { &waves } else { &[] }, &camera);
+            bed.step(&around, &Levels::default());
+            without.step(&around, &Levels { trains: false, ..Levels::none() });
+            let (now, twins) = (all_nodes(&mut bed), all_nodes(&mut without));
+            if step > 600 {
+                let own = moved(&twins_before, &twins, &camera);
+                worst = worst.max(moved(&before, &now, &camera) - own);
+                seen[bed.detail(2).unwrap()[0].round() as usize] = true;
+            }
+            (before, twins_before) = (now, twins);
+        }
+        assert_eq!(seen, [true; 3]);
+        assert!(worst < 2.0, "{amplitude}: {worst} px");
+    }
+}
+
+#[test]
+fn each_level_computes_its_joints_and_no_others() {
+    let skeleton = bush();
+    for (distance, level) in [(3.0, 0), (10.0, 1), (30.0, 2)] {
+        let mut bed = alone(skeleton.clone());
+        let flow = [current(DVec3::new(0.3, 0.0, 0.0))];
+        let camera = camera(PLACE + DVec3::new(0.0, 0.3, distance), PLACE);
+        let around = around(&flow, &[], &camera);
+        let work = bed.step(&around, &Levels { blend: 0.0, ..Levels::default() });
+        let rest = skeleton.segments().iter();
+        let turned = angles(&bed, 0)
+            .iter()
+            .zip(rest)
+            .filter(|(now, rest)| now[1] != f64::from(rest.phi as f32))
+            .count();
+        assert_eq!(work.joints, skeleton.computed(level) as u64);
+        assert_eq!(work.evaluations, skeleton.evaluated(level) as u64);
+        // Some torque acts on every joint of this bush.
+        assert_eq!(turned, skeleton.computed(level), "at {distance} m");
+    }
+}
+
+#[test]
+fn methods_blend_over_about_a_second() {
+    let mut bed = alone(usual_blade());
+    let camera = camera(PLACE + DVec3::new(0.0, 0.5, 4.0), PLACE);
+    let flow = [current(DVec3::new(0.1, 0.0, 0.0))];
+    let (mut shares, mut last, mut worst) = (Vec::new(), None, 0.0_f64);
+    for step in 0..900 {
+        let time = f64::from(step) * DT;
+        let method = if step < 600 { Method::Physical } else { Method::Procedural };
+        let waves = [swell(0.3, 4.0, time)];
+        bed.step(&around(&flow, &waves, &camera), &Levels { method, ..Levels::default() });
+        shares.push(bed.detail(0).unwrap()[1]);
+        let tip = tip(&mut bed, 0);
+        if let Some(before) = last.replace(tip)
+            && step > 300
+        {
+            worst = worst.max(tip.distance(before));
+        }
+    }
+    let between = shares.iter().filter(|share| **share > 0.0 && **share < 1.0).count();
+    assert!((55..=65).contains(&between), "{between} steps");
+    // It sways by some centimetres a second; a switch of methods at once would add a jump.
+    assert!(worst < 0.02, "{worst} m in a step");
+}
+
+#[test]
+fn who_is_not_in_view_is_not_stepped_and_catches_up_unseen() {
+    let mut bed = alone(usual_blade());
+    let mut always = alone(usual_blade());
+    let flow = [current(DVec3::new(0.06, 0.0, 0.0))];
+    let eye = PLACE + DVec3::new(0.0, 0.5, 4.0);
+    let mut seen_after = None;
+    for step in 0..1500 {
+        let time = f64::from(step) * DT;
+        let away = (600..1050).contains(&step);
+        let at = if away { eye + DVec3::Z } else { PLACE };
+        let (camera, waves) = (camera(eye, at), [swell(0.3, 5.0, time)]);
+        let around = around(&flow, &waves, &camera);
+        let before = bed.save().joints;
+        let work = bed.step(&around, &Levels::default());
+        always.step(&around, &Levels { visible: false, ..Levels::default() });
+        assert_eq!(work.plants, u64::from(!away));
+        assert_eq!(bed.save().joints == before, away);
+        assert_eq!(bed.jumped(0), step == 1050);
+        let apart = tip(&mut bed, 0).distance(tip(&mut always, 0));
+        match step {
+            599 => assert_eq!(apart, 0.0),
+            1049 => assert!(apart > 0.05, "it missed nothing: {apart}"),
+            // Seen again: where it would have been, nearly.
+            1050.. => {
+                let first = *seen_after.get_or_insert(apart);
+                assert!(first < 0.03 && apart < 0.03, "{first} {apart} at {step}");
+            }
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn trains_that_nobody_sees_the_work_of_are_left_out_far_away() {
+    let sea: Vec<_> = sea(6.0, 30).iter().map(|train| train.at(3.0)).collect();
+    let step = |distance: f64, trains: bool| {
+        let mut bed = alone(usual_blade());
+        let camera = camera(PLACE + DVec3::new(0.0, 0.5, distance), PLACE);
+        bed.step(&Surroundings { ..around(&[], &sea, &camera) }, &Levels { trains, ..Levels::none() });
+        bed.save().joints
+    };
+    assert!(step(2.0, true) == step(2.0, false) || step(2.0, true) != step(60.0, true));
+    assert_ne!(step(60.0, true), step(60.0, false));
+}

@@ -1,0 +1,13 @@
+//! What must hold of the model, by properties and closed forms.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bed;
+mod contact;
+mod equations;
+mod flows;
+mod levels;
+mod motion;
+mod sow;
+mod species_table;

@@ -1,0 +1,215 @@
+//! assets/species/SEAWEEDS.md is made from the code and held to it here.
+//! After a change: REEF_WRITE_TABLE=1 cargo test -p reef-seaweed-model --test model species_table
+
+use std::{fmt::Write as _, path::PathBuf};
+
+use glam::DVec3;
+use reef_flow::Level;
+use reef_sdk::Workers;
+use reef_seaweed_model::{
+    bed::{Bed, Kind, Plant, Surroundings},
+    grow,
+    levels::Levels,
+    species::Species,
+};
+use serde_json::Value;
+
+use crate::common::*;
+
+/// The folder of species.
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../assets/species")
+}
+
+fn table(name: &str) -> Value {
+    let path = folder().join(format!("{name}.toml"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Seaweeds in assets: what stands on a `stem`.
+pub fn names() -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder())
+        .expect("assets/species")
+        .filter_map(|entry| {
+            let path = entry.expect("readable").path();
+            (path.extension()? == "toml").then(|| path.file_stem()?.to_str().map(str::to_owned))?
+        })
+        .filter(|name| table(name).get("stem").is_some())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A species file as the host hands it over.
+pub fn species_value(name: &str) -> Value {
+    table(name)
+}
+
+/// A species file.
+pub fn species(name: &str) -> Species {
+    serde_json::from_value(table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// One parameter of a species, as its schema describes it.
+struct Parameter {
+    key: String,
+    unit: String,
+    range: String,
+    default: String,
+    effect: String,
+}
+
+fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Null => "–".to_owned(),
+        other => {
+            let text = other.to_string();
+            text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+        }
+    }
+}
+
+fn collect(path: &str, schema: &Value, default: &Value, found: &mut Vec<Parameter>) {
+    for (key, inner) in schema["properties"].as_object().into_iter().flatten() {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let default = &default[key];
+        if inner["properties"].is_object() {
+            collect(&path, inner, default, found);
+            continue;
+        }
+        let bound = |name: &str| inner.get(name).map(text);
+        let range = match (bound("minimum"), bound("maximum")) {
+            (Some(least), Some(most)) => format!("{least} … {most}"),
+            _ if inner.get("pattern").is_some() => "#RRGGBB".to_owned(),
+            _ => String::new(),
+        };
+        found.push(Parameter {
+            key: path,
+            unit: bound("x-unit").unwrap_or_default(),
+            range,
+            default: text(default),
+            effect: bound("description").unwrap_or_default().replace('\n', " "),
+        });
+    }
+}
+
+fn parameters() -> Vec<Parameter> {
+    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
+    let schema = settings.into_generator().into_root_schema_for::<Species>().to_value();
+    let mut found = Vec::new();
+    collect("", &schema, &serde_json::to_value(Species::default()).expect("plain data"), &mut found);
+    found
+}
+
+fn lookup<'a>(value: &'a Value, path: &str) -> &'a Value {
+    path.split('.').fold(value, |value, key| &value[key])
+}
+
+fn page() -> String {
+    let mut out = String::from(
+        "# Seaweeds\n\n\
+         The species in this folder that have a `stem`. A table needs only what differs from the defaults below. `base = \"OTHER\"`\n\
+         takes all else from another species. Lengths are metres at a size of 1, whatever a scene counts in; individuals differ by\n\
+         `variation`.\n\n\
+         Both tables are made from the code (`sim-plugins/seaweed/model/src/species.rs`) and from the files, and a test keeps\n\
+         them so.\n\n\
+         ## Parameters\n\n\
+         | parameter | unit | range | default | what it does to the look |\n|---|---|---|---|---|\n",
+    );
+    let parameters = parameters();
+    for p in &parameters {
+        writeln!(out, "| `{}` | {} | {} | {} | {} |", p.key, p.unit, p.range, p.default, p.effect)
+            .expect("a string");
+    }
+    let names = names();
+    let header: Vec<&str> = names.iter().map(String::as_str).collect();
+    out.push_str("\n## Species\n\nOne column a species, all values with what the defaults fill in.\n\n");
+    writeln!(out, "| parameter | {} |\n|---|{}", header.join(" | "), "---|".repeat(names.len()))
+        .expect("a string");
+    let all: Vec<Value> =
+        names.iter().map(|name| serde_json::to_value(species(name)).expect("plain data")).collect();
+    for p in parameters.iter().filter(|p| p.key != "title") {
+        let row: Vec<String> = all.iter().map(|species| text(lookup(species, &p.key))).collect();
+        writeln!(out, "| `{}` | {} |", p.key, row.join(" | ")).expect("a string");
+    }
+    let segments: Vec<String> = names.iter().map(|name| grow::segments(&species(name)).to_string()).collect();
+    writeln!(out, "| segments in all | {} |", segments.join(" | ")).expect("a string");
+    out
+}
+
+#[test]
+fn the_table_of_seaweeds_is_up_to_date() {
+    let path = folder().join("SEAWEEDS.md");
+    let wanted = page();
+    if std::env::var_os("REEF_WRITE_TABLE").is_some() {
+        std::fs::write(&path, &wanted).expect("assets/species can be written");
+    }
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(found == wanted, "{} is out of date; see the top of this test's file", path.display());
+}
+
+#[test]
+fn every_parameter_says_what_it_does_and_every_number_has_a_range() {
+    let parameters = parameters();
+    assert!(parameters.len() > 40, "{}", parameters.len());
+    for p in &parameters {
+        assert!(p.effect.len() > 10, "{} has no description", p.key);
+        let number = p.default.parse::<f64>().is_ok();
+        assert!(!number || p.range.contains('…'), "{} has no range", p.key);
+    }
+}
+
+#[test]
+fn every_species_file_keeps_to_the_ranges_of_its_parameters() {
+    let names = names();
+    assert_eq!(names, ["fucus", "macrocystis", "plocamium", "saccharina", "zostera"]);
+    for name in names {
+        let species = species(&name);
+        reef_sdk::ranges::check(&species).unwrap_or_else(|error| panic!("{name}: {error}"));
+        species.check().unwrap_or_else(|(key, problem)| panic!("{name}: {key} {problem}"));
+    }
+}
+
+/// A species in a current of 0.15 m/s and a swell: how far its highest node leans and sways, as shares of its
+/// height.
+fn ways(name: &str) -> (f64, f64, f64) {
+    let skeleton = grow::skeleton(&species(name)).expect("a skeleton");
+    let depth = 12.0_f64.min(skeleton.reach() + 2.0);
+    let root = DVec3::new(0.1, -depth, 0.1);
+    let kinds = vec![Kind { skeleton, lag: 0.3, disturbance: 0.0 }];
+    let mut bed = Bed::new(kinds, vec![Plant { root, ground: Some(DVec3::Y), ..plant(root) }]);
+    let camera = camera(root + DVec3::new(0.0, 1.0, 4.0), root);
+    let highest = |bed: &mut Bed| {
+        let mut poses = vec![Default::default(); bed.joint_count()];
+        bed.write_poses(Level::best(), Workers::inline(), &mut poses);
+        let nodes: Vec<DVec3> = bed.nodes(0, &poses).map(|node| node - root).collect();
+        let top = nodes.iter().fold(DVec3::ZERO, |top, node| if node.y > top.y { *node } else { top });
+        (nodes.iter().copied().sum::<DVec3>() / nodes.len() as f64, top)
+    };
+    let (rest, _) = highest(&mut bed);
+    let flow = [current(DVec3::new(0.15, 0.0, 0.0))];
+    let (mut low, mut high, mut top) = (f64::MAX, f64::MIN, 0.0_f64);
+    for step in 0..3000 {
+        let waves = [swell(0.25, 6.0, f64::from(step) * DT)];
+        bed.step(&Surroundings { depth, ..around(&flow, &waves, &camera) }, &Levels::none());
+        if step > 2000 {
+            let (middle, highest) = highest(&mut bed);
+            (low, high, top) = (low.min(middle.x), high.max(middle.x), top.max(highest.y));
+        }
+    }
+    let height = rest.y * 2.0;
+    ((0.5 * (low + high) - rest.x) / height, (high - low) / height, top / height)
+}
+
+#[test]
+fn every_species_leans_and_sways_and_stays_up() {
+    for name in names() {
+        let (lean, sway, top) = ways(&name);
+        println!("{name}: leans {lean:.2}, sways {sway:.2}, top {top:.2} of its height");
+        assert!((0.02..0.9).contains(&lean), "{name} leans by {lean} of its height");
+        assert!((0.03..1.2).contains(&sway), "{name} sways by {sway} of its height");
+        assert!(top > 0.3, "{name} lies down: {top}");
+    }
+}
