@@ -1,11 +1,13 @@
-// Focusing of sunlight by waves: gain = 1 / (|det(I + q H)| + .15), q a quarter of the depth, H the Hessian of the waves' height
-// where the light that arrives at a place entered the water. Mean 1 at any depth. Needs view.glsl.
+// Focusing of sunlight by waves: gain = 1 / (|det(I + q H)| + .15), q a quarter of the depth, H the Hessian
+// of the waves' height where the light that arrives at a place entered the water. Mean 1 at any depth. Needs
+// view.glsl.
 //
-// That place is found train by train, the longest first: each shifts it by q times its slope, as light bends away from a
-// slope, so that the crests of the others gather light where this one does. It is what draws the lines together to a net.
+// That place is found train by train, the longest first: each shifts it by q times its slope, as light bends
+// away from a slope, so that the crests of the others gather light where this one does. It is what draws the
+// lines together to a net.
 
-/// How much of the caustics is left at a depth [m] and a size of a pixel [m], beyond which the pattern cannot be resolved.
-/// Scattering on the way down softens it: half of its contrast is gone by 12 m.
+/// How much of the caustics is left at a depth [m] and a size of a pixel [m], beyond which the pattern cannot
+/// be resolved. Scattering on the way down softens it: half of its contrast is gone by 12 m.
 float caustic_strength(float depth, float footprint) {
     return 0.8 * view.sun.w * (1.0 - smoothstep(0.012, 0.13, footprint)) * exp(-depth * 0.058);
 }
@@ -24,7 +26,8 @@ vec2 caustic_entry(vec3 p, float depth) {
     return p.xz + view.sun.xz * (depth / max(view.sun.y, 0.2));
 }
 
-/// How far light goes on converging, `quarter`: a quarter of the depth [m]. Below 4 m lines grow wide rather than many.
+/// How far light goes on converging, `quarter`: a quarter of the depth [m]. Below 4 m lines grow wide rather
+/// than many.
 float caustic_reach(float quarter) {
     return min(quarter, 1.0) + 0.25 * max(quarter - 1.0, 0.0);
 }
@@ -34,8 +37,8 @@ float caustic_bend(int i, float quarter) {
     return clamp(2.0 - quarter * view.wave[i].z, 0.0, 1.0) * caustic_reach(quarter);
 }
 
-/// How far the long trains, the first half, shift light: as 6 m below the surface everywhere. Nearer to it the net of the others
-/// would lie as even as it is.
+/// How far the long trains, the first half, shift light: as 6 m below the surface everywhere. Nearer to it
+/// the net of the others would lie as even as it is.
 const float LONG_REACH = 1.5;
 
 /// The gain of a Hessian (xx, zz, xz) that is multiplied by the reach; lines are wider farther down.
@@ -62,8 +65,8 @@ float caustic_pattern(vec3 p, float depth) {
     return caustic_focus(h, quarter) / caustic_mean(depth);
 }
 
-/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`: size of a
-/// pixel there [m].
+/// Factor on direct sunlight at the point `p` in eye space, `depth` metres below the surface; `footprint`:
+/// size of a pixel there [m].
 float caustic_gain(vec3 p, float depth, float footprint) {
     float strength = caustic_strength(depth, footprint);
     if (strength <= 0.0 || depth <= 0.05) return 1.0;

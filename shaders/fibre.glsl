@@ -1,4 +1,5 @@
-// Records of the fibre passes. Mirrors host/src/render/fibres.rs; the functions mirror host/src/render/twin.rs.
+// Records of the fibre passes. Mirrors host/render/src/fibres.rs; the functions mirror
+// host/src/render/twin.rs.
 
 #define RINGS 16 // rings of a fibre at full detail
 #define RING_LEVELS 3
@@ -92,7 +93,8 @@ float covered_share(float half_px, float distance_px, float edge) {
     return clamp((half_px + edge - distance_px) / (2.0 * edge), 0.0, min(half_px / edge, 1.0));
 }
 
-/// Vertices of a ribbon that is lit at its rings: a strip, whose first and last stand twice to join it to the next.
+/// Vertices of a ribbon that is lit at its rings: a strip, whose first and last stand twice to join it to the
+/// next.
 uint strip_count(uint rings) { return 2u * rings + 2u; }
 
 uint ring_count(uint level) { return uint(RINGS) >> level; }

@@ -1,4 +1,5 @@
-// A fibre's node chain between two steps, and the smooth curve through it. Needs view.glsl and fibre.glsl; bindings 1 to 4.
+// A fibre's node chain between two steps, and the smooth curve through it. Needs view.glsl and fibre.glsl;
+// bindings 1 to 4.
 
 layout(set = 0, binding = 1, std430) readonly buffer Fibres { Fibre fibres[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Objects { Object objects[]; };
@@ -31,8 +32,8 @@ vec3 direction(vec3 a, vec3 b) {
     return d * inversesqrt(max(dot(d, d), 1e-20));
 }
 
-/// The nodes around a segment of the chain, read once each while the segment moves along: the one before, its ends, the
-/// one after. At the chain's ends a node stands for the missing one.
+/// The nodes around a segment of the chain, read once each while the segment moves along: the one before, its
+/// ends, the one after. At the chain's ends a node stands for the missing one.
 struct Window {
     vec4 before;
     vec4 a;
@@ -67,8 +68,8 @@ struct Place {
     float taper; // loss of radius over length
 };
 
-/// Place at `t` of the window's segment: a cubic Hermite curve with the nodes' tangents, so that it passes through the nodes.
-/// A node's tangent lies across its neighbours, along the segment at the chain's ends.
+/// Place at `t` of the window's segment: a cubic Hermite curve with the nodes' tangents, so that it passes
+/// through the nodes. A node's tangent lies across its neighbours, along the segment at the chain's ends.
 Place place(Window w, float t) {
     float span = distance(w.a.xyz, w.b.xyz);
     vec3 ta = direction(w.before.xyz, w.b.xyz) * span;
@@ -89,7 +90,8 @@ float drawn_radius(Place c) {
     return max(c.r, 0.5 * pixel_at(c.p));
 }
 
-/// Where ring `k` lies (0 root, 1 last node, 2 end of the cap), slid toward the next coarser level by `slide`.
+/// Where ring `k` lies (0 root, 1 last node, 2 end of the cap), slid toward the next coarser level by
+/// `slide`.
 float slid_position(uint level, uint k, bool cap, float slide) {
     float w = ring_position(level, k, cap);
     return level + 1u < uint(RING_LEVELS) ? mix(w, ring_position(level + 1u, k >> 1, cap), slide) : w;

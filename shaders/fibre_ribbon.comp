@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One invocation a fibre that is a lit ribbon: a strip that faces the eye, lit at both edges and in the middle of each ring.
-// Between them the light follows a parabola.
+// One invocation a fibre that is a lit ribbon: a strip that faces the eye, lit at both edges and in the
+// middle of each ring. Between them the light follows a parabola.
 
 #include "view.glsl"
 #include "fibre.glsl"
@@ -58,7 +58,8 @@ void main() {
         Place c = place(window, along - float(segment));
         float drawn = drawn_radius(c);
 
-        // Across the line of sight. The end is round and the root reaches as far as a tube's, from wherever they are seen.
+        // Across the line of sight. The end is round and the root reaches as far as a tube's, from wherever
+        // they are seen.
         vec3 side = cross(c.d, -c.p);
         float size = dot(side, side);
         side = size > 1e-16 ? side * inversesqrt(size) : view.right.xyz;

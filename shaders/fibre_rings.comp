@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One invocation a fibre: blends the last two steps, culls, chooses the level of detail, and lays the rings along a
-// smooth curve through the nodes with frames that do not twist.
+// One invocation a fibre: blends the last two steps, culls, chooses the level of detail, and lays the rings
+// along a smooth curve through the nodes with frames that do not twist.
 
 #include "view.glsl"
 #include "fibre.glsl"
@@ -66,7 +66,8 @@ void main() {
     choice.ring_morph = 0.0;
     choice.side_morph = 0.0;
 
-    // For every fibre or for none; written so that no branch hangs on a uniform alone (see HIGH in view.glsl).
+    // For every fibre or for none; written so that no branch hangs on a uniform alone (see HIGH in
+    // view.glsl).
     if (index < push.fibre_count * min(push.use_lod, 1u)) {
         vec3 c = vec3(dot(center, view.right.xyz), dot(center, view.up.xyz), dot(center, view.forward.xyz));
         float side_x = sqrt(1.0 + view.right.w * view.right.w) * reach;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup: where each drawn fibre's vertices and indices begin (an exclusive prefix sum in the fibres' order, so
-// that every run packs them the same way), and the draws that cover them all.
+// One workgroup: where each drawn fibre's vertices and indices begin (an exclusive prefix sum in the fibres'
+// order, so that every run packs them the same way), and the draws that cover them all.
 
 #include "fibre.glsl"
 

@@ -46,7 +46,8 @@ void main() {
         vec3 offset;
         vec3 normal;
         vec2 circle;
-        // How `fibre.frag` finds what of a pixel is covered: half the true width, and the distance from the middle [px].
+        // How `fibre.frag` finds what of a pixel is covered: half the true width, and the distance from the
+        // middle [px].
         float half_px = 0.5 * ring.normal.w;
         float edge_px = 0.0;
         if (ribbon) {

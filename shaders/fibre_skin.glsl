@@ -1,4 +1,5 @@
-// A fibre's skin, lit pixel by pixel. With TEXTURED its material's texture lies over it: once around, once from root to tip.
+// A fibre's skin, lit pixel by pixel. With TEXTURED its material's texture lies over it: once around, once
+// from root to tip.
 
 #include "view.glsl"
 #include "fibre.glsl"
@@ -51,7 +52,8 @@ void main() {
     s.grazing = 1.0 - (round ? sqrt(1.0 - out_of * out_of) : cosine);
     s.skin = vec4(0.0);
 #ifdef TEXTURED
-    // The level by the size of a texel: differences between pixels are wrong where the texture begins anew around the fibre.
+    // The level by the size of a texel: differences between pixels are wrong where the texture begins anew
+    // around the fibre.
     float texel = min(6.2831853 * s.radius_cm * 0.01, s.chain) / float(textureSize(layers, 0).x);
     float level = log2(max(pixel_at(p) / max(texel, 1e-6), 1.0));
     float around = atan(s.circle.y, s.circle.x) * 0.15915494 + 0.5;

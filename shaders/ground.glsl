@@ -1,5 +1,6 @@
-// Sand: two ripple trains that fork where they disagree, grain, and colours between dune and trough.
-// Needs `noise` (tiling; r, a: two noises, g, b: slope of r) and `contact` (r: open to the water, g: open to the sun).
+// Sand: two ripple trains that fork where they disagree, grain, and colours between dune and trough. Needs
+// `noise` (tiling; r, a: two noises, g, b: slope of r) and `contact` (r: open to the water, g: open to the
+// sun).
 
 struct Sand {
     vec3 albedo;

@@ -1,5 +1,5 @@
-// The ground at low quality: what changes slowly is worked out at the vertices, the sand comes out of a tile that was made
-// when the scene began. Needs view.glsl, water.glsl, light.glsl.
+// The ground at low quality: what changes slowly is worked out at the vertices, the sand comes out of a tile
+// that was made when the scene began. Needs view.glsl, water.glsl, light.glsl.
 
 /// What reaches the eye of the light on a surface, and what the water adds on the way.
 struct Haze {
@@ -16,7 +16,8 @@ Haze haze_at(vec3 p) {
     return haze;
 }
 
-/// For the caustics at `p`: a quarter of the depth, contrast over mean, and what is left of the light's own evenness.
+/// For the caustics at `p`: a quarter of the depth, contrast over mean, and what is left of the light's own
+/// evenness.
 vec3 caustics_at(vec3 p) {
     float depth = max(depth_of(p), 0.05);
     float distance = length(p);
@@ -26,8 +27,9 @@ vec3 caustics_at(vec3 p) {
     return vec3(0.25 * depth, strength / caustic_mean(depth), 1.0 - strength);
 }
 
-/// Where the light that arrives at `p` entered the water, for the long trains, the first half: they change so little from vertex
-/// to vertex that nobody sees them blended. Far away, where vertices are far apart, they fade.
+/// Where the light that arrives at `p` entered the water, for the long trains, the first half: they change so
+/// little from vertex to vertex that nobody sees them blended. Far away, where vertices are far apart, they
+/// fade.
 vec2 entry_at(vec3 p) {
     float depth = max(depth_of(p), 0.05);
     vec2 x = caustic_entry(p, depth);
@@ -70,8 +72,8 @@ float quick_caustics(vec2 x, vec3 c) {
     return c.z + c.y * caustic_focus(h, c.x);
 }
 
-/// Light from the ground to the eye. `open`: r to the water around, g to the sun; the others as from caustics_at, entry_at
-/// and haze_at.
+/// Light from the ground to the eye. `open`: r to the water around, g to the sun; the others as from
+/// caustics_at, entry_at and haze_at.
 vec3 seen_ground(vec3 albedo, vec3 normal, vec2 open, vec3 caustics, vec2 entry, Haze haze) {
     float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
     vec3 light = view.sun_color.rgb * (facing * quick_caustics(entry, caustics) * open.g)

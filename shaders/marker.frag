@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Markers have their own colours, whatever the water: half light from the sun, half from the eye, and a spot of gloss.
+// Markers have their own colours, whatever the water: half light from the sun, half from the eye, and a spot
+// of gloss.
 
 #include "view.glsl"
 #include "shown.glsl"

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What stands for something that has no body: a ball, or an arrow along a vector. Both are surfaces of revolution.
+// What stands for something that has no body: a ball, or an arrow along a vector. Both are surfaces of
+// revolution.
 
 #include "tone.glsl"
 #include "view.glsl"
@@ -16,7 +17,7 @@ layout(location = 0) out vec3 out_color;
 layout(location = 1) out vec3 out_normal;
 layout(location = 2) out vec3 out_at; // eye space
 
-// Sides and rings of the surface: SIDES * RINGS * 6 vertices, as host/src/render/markers.rs draws them.
+// Sides and rings of the surface: SIDES * RINGS * 6 vertices, as host/render/src/markers.rs draws them.
 const int SIDES = 28;
 const int RINGS = 14;
 // Radius and length of an arrow's head, in radii of its shaft.

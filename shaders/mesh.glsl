@@ -1,4 +1,4 @@
-// Records of the mesh passes. Mirrors host/src/render/meshes/records.rs; the functions mirror meshes/twin.rs.
+// Records of the mesh passes. Mirrors host/render/src/meshes/records.rs; the functions mirror meshes/twin.rs.
 
 #define MESH_DUAL 1u       // joints are blended as dual quaternions
 #define MESH_TWO_SIDED 2u

@@ -5,8 +5,8 @@ const vec3 ROCK = vec3(0.147, 0.122, 0.098);
 const vec3 CORALLINE = vec3(0.434, 0.092, 0.195);
 const vec3 TURF = vec3(0.156, 0.195, 0.042);
 
-/// Colour of a boulder with the unit normal `n`. `t`: coarse noise, `detail`: fine noise, `above`: height above the ground [m].
-/// `open`: share of the water around that it sees.
+/// Colour of a boulder with the unit normal `n`. `t`: coarse noise, `detail`: fine noise, `above`: height
+/// above the ground [m]. `open`: share of the water around that it sees.
 vec3 boulder(vec3 n, vec4 t, float detail, float above, out float open) {
     float up = n.y * 0.5 + 0.5;
     vec3 albedo = ROCK * (0.75 + 0.9 * t.r) * (0.8 + 0.4 * detail);

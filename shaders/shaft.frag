@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Light that the water scatters out of a shaft toward the eye: brightest toward the sun, soft at its sides and where
-// something stands in it. At most .06 of white.
+// Light that the water scatters out of a shaft toward the eye: brightest toward the sun, soft at its sides
+// and where something stands in it. At most .06 of white.
 
 #include "view.glsl"
 #include "water.glsl"

@@ -1,5 +1,5 @@
-// What a material writes. At high quality that is scene light, for the tone pass to show; at low quality it is what the
-// display shows of it, so that no pass over the whole picture has to follow. Needs view.glsl.
+// What a material writes. At high quality that is scene light, for the tone pass to show; at low quality it
+// is what the display shows of it, so that no pass over the whole picture has to follow. Needs view.glsl.
 
 #include "tone.glsl"
 

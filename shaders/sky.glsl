@@ -1,12 +1,13 @@
 // What lies behind everything: the water's own light, and the surface seen from below.
 //
-// Where the view ray meets the surface, the waves' slope there says what is seen: within the window (48.6 degrees from the
-// surface's normal) the sky, refracted, as much of it as Fresnel's law lets through; beyond it the water below, mirrored.
+// Where the view ray meets the surface, the waves' slope there says what is seen: within the window (48.6
+// degrees from the surface's normal) the sky, refracted, as much of it as Fresnel's law lets through; beyond
+// it the water below, mirrored.
 
 #define INDEX 1.33
 
-/// Height and slope (x, z) of the surface at `x` (x, z in eye space), without the waves that are smaller than `footprint` [m]; w:
-/// mean square of the slopes that were left out.
+/// Height and slope (x, z) of the surface at `x` (x, z in eye space), without the waves that are smaller than
+/// `footprint` [m]; w: mean square of the slopes that were left out.
 vec4 surface_at(vec2 x, float footprint) {
     const int count = HIGH != 0u ? SURFACE_WAVES : 4;
     vec4 sum = vec4(0.0);

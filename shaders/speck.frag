@@ -1,6 +1,6 @@
 #version 460
-// The share of each pixel that a square as wide as the speck covers: its light is the same wherever it stands between the
-// pixels, so that it does not twinkle when it moves.
+// The share of each pixel that a square as wide as the speck covers: its light is the same wherever it stands
+// between the pixels, so that it does not twinkle when it moves.
 
 layout(location = 0) flat in vec4 speck;
 layout(location = 1) flat in vec3 middle; // [px]; z: half its width and half a pixel

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A sprite's texture (linear light times coverage), lit, behind its fog, soft where something stands close behind it.
+// A sprite's texture (linear light times coverage), lit, behind its fog, soft where something stands close
+// behind it.
 
 #include "view.glsl"
 #include "shown.glsl"

@@ -1,4 +1,4 @@
-// Sprites as host/src/render/sprites.rs uploads them, and their light.
+// Sprites as host/render/src/sprites/mod.rs makes them, and their light.
 
 struct Sprite {
     vec4 place;  // middle in eye space [m]; w: diameter [m]
@@ -15,8 +15,8 @@ vec4 tint_of(Sprite sprite) {
     return vec4(unpackHalf2x16(sprite.look.x), unpackHalf2x16(sprite.look.y));
 }
 
-/// Light that a white sprite at `p` sends to the eye, after the water between them: what floats scatters forward, so that it
-/// is brighter toward the sun; never dazzling.
+/// Light that a white sprite at `p` sends to the eye, after the water between them: what floats scatters
+/// forward, so that it is brighter toward the sun; never dazzling.
 vec3 sprite_light(vec3 p) {
     float distance = length(p);
     vec3 direction = p / max(distance, 1e-6);

@@ -9,7 +9,7 @@
 #include "ground_low.glsl"
 #include "shown.glsl"
 
-layout(set = 0, binding = 3) uniform sampler2D sand;    // as host/src/render/sand.rs makes it
+layout(set = 0, binding = 3) uniform sampler2D sand;    // as host/render/src/sand.rs makes it
 layout(set = 0, binding = 4) uniform sampler2D contact;
 
 layout(location = 0) in vec2 slope;

@@ -1,9 +1,9 @@
-// A tile of the sea bed: a small grid whose vertices slide onto the next coarser grid with distance, so that no seam opens
-// and nothing jumps. Needs view.glsl and QUADS, the quads along a side.
+// A tile of the sea bed: a small grid whose vertices slide onto the next coarser grid with distance, so that
+// no seam opens and nothing jumps. Needs view.glsl and QUADS, the quads along a side.
 //
-// Vertices are whole numbers of the height field's cells, and where one is drawn follows from these and its level alone: so
-// two tiles put a vertex that they share at the same place to the last bit. Where tiles of two levels meet, the finer one's
-// vertices have arrived on the coarser grid and go on as its vertices do.
+// Vertices are whole numbers of the height field's cells, and where one is drawn follows from these and its
+// level alone: so two tiles put a vertex that they share at the same place to the last bit. Where tiles of
+// two levels meet, the finer one's vertices have arrived on the coarser grid and go on as its vertices do.
 
 layout(set = 0, binding = 1, std430) readonly buffer Heights { vec4 heights[]; }; // height, slope in x and z
 layout(set = 0, binding = 2, std430) readonly buffer Tiles { ivec4 tiles[]; };    // column and row of the corner, step, 0 [cells]
@@ -19,9 +19,9 @@ vec4 ground(vec2 c) {
     return mix(mix(heights[i], heights[i + 1], t.x), mix(heights[i + size.x], heights[i + size.x + 1], t.x), t.y);
 }
 
-/// How far the vertices that end at `at`, on the grid coarser than one with this step, have gone there: 1 where tiles of this
-/// step end, three sides of a tile from the eye. All of them go together, and in steps, so that no triangle becomes so narrow
-/// that a rasteriser loses it.
+/// How far the vertices that end at `at`, on the grid coarser than one with this step, have gone there: 1
+/// where tiles of this step end, three sides of a tile from the eye. All of them go together, and in steps,
+/// so that no triangle becomes so narrow that a rasteriser loses it.
 float gone(ivec2 at, int step) {
     vec2 p = view.terrain_origin.xy + vec2(at - ivec2(view.bed.zw)) * view.terrain_origin.z;
     float range = 3.0 * float(QUADS) * view.terrain_origin.z * float(step);

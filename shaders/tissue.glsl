@@ -70,9 +70,9 @@ float pattern_share(Material m, float along, vec2 circle, vec3 place, float phas
     return 0.0;
 }
 
-/// Light that leaves a place on tissue of the colour `albedo` toward the eye. `tissue_cm`: what light crosses; `open`: share of the
-/// light that neighbours leave; `rim`: how much it is seen at a grazing angle; `glow`: emitted; `sheet`: 1 where the other side is
-/// near and lit, too.
+/// Light that leaves a place on tissue of the colour `albedo` toward the eye. `tissue_cm`: what light
+/// crosses; `open`: share of the light that neighbours leave; `rim`: how much it is seen at a grazing angle;
+/// `glow`: emitted; `sheet`: 1 where the other side is near and lit, too.
 vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float open, float rim, float glow, float sheet, vec3 p) {
     vec3 to_eye = normalize(-p);
     float depth = depth_of(p);

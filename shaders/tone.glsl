@@ -1,6 +1,7 @@
 // From scene light to what a display shows: Khronos PBR Neutral without its toe, sRGB, dither.
 
-/// Khronos PBR Neutral: colours below .8 pass unchanged, brighter ones are compressed and lose some saturation.
+/// Khronos PBR Neutral: colours below .8 pass unchanged, brighter ones are compressed and lose some
+/// saturation.
 vec3 neutral_tone(vec3 color) {
     const float start = 0.8;
     const float desaturation = 0.15;

@@ -1,16 +1,18 @@
-// What every pass knows of the picture: the camera, the water, the light. Mirrors `View` in host/src/render/view.rs.
+// What every pass knows of the picture: the camera, the water, the light. Mirrors `View` in
+// host/render/src/view.rs.
 //
-// Space: metres, relative to the camera's eye ("eye space" below keeps the world's axes), so that f32 is exact enough
-// anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
+// Space: metres, relative to the camera's eye ("eye space" below keeps the world's axes), so that f32 is
+// exact enough anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
 
 #define WAVES 8
 #define SURFACE_WAVES 12
 
-/// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that what is
-/// switched off while it draws would cost as much as what is on.
+/// The quality is fixed when a pipeline is made: a software rasteriser runs both sides of a branch, so that
+/// what is switched off while it draws would cost as much as what is on.
 ///
-/// No branch, and no loop's end, may hang on uniforms alone: lavapipe compiles a shader with such a branch anew for the
-/// values that it finds, as often as the buffer changes, which is every frame. mix() with a bool chooses without a branch.
+/// No branch, and no loop's end, may hang on uniforms alone: lavapipe compiles a shader with such a branch
+/// anew for the values that it finds, as often as the buffer changes, which is every frame. mix() with a bool
+/// chooses without a branch.
 layout(constant_id = 0) const uint HIGH = 1u;
 
 layout(set = 0, binding = 0, std140) uniform View {

@@ -6,15 +6,15 @@ float toward_sun(vec3 direction) {
     return 0.92 + 0.08 * 0.36 * inversesqrt(x) / x;
 }
 
-/// Water above is lit from all sides, water below from above alone: rays that go up, and toward the sun, gather more light, and
-/// greener; those that go down end in navy.
+/// Water above is lit from all sides, water below from above alone: rays that go up, and toward the sun,
+/// gather more light, and greener; those that go down end in navy.
 vec3 from_above(vec3 direction) {
     float up = clamp(0.5 * (direction.y + dot(direction, view.sun.xyz)), -0.4, 0.75);
     return 1.0 + up * (vec3(4.2, 2.5, 1.4) + up * vec3(6.0, 3.0, 0.6));
 }
 
-/// Light scattered into `distance` metres of a view ray, single scattering with sunlight that fades with depth:
-/// W0 exp(-Kd z) (c / k) (1 - exp(-k D)), k = c - Kd u.
+/// Light scattered into `distance` metres of a view ray, single scattering with sunlight that fades with
+/// depth: W0 exp(-Kd z) (c / k) (1 - exp(-k D)), k = c - Kd u.
 vec3 scattered_light(vec3 direction, float distance) {
     vec3 k = max(view.beam.rgb - view.downwelling.rgb * direction.y, vec3(1e-3));
     vec3 source = view.scattered.rgb * exp(-view.downwelling.rgb * max(view.scattered.w - view.eye.y, 0.0));

@@ -1,7 +1,8 @@
 //! Only with the feature `shaderc`: names the libraries that the system's shaderc was built without.
 //!
-//! Debian's and Fedora's libshaderc leaves glslang and SPIRV-Tools to whoever links it. Their archives differ from
-//! release to release, so that those which are there are linked, and those which are not belong to another.
+//! Debian's and Fedora's libshaderc leaves glslang and SPIRV-Tools to whoever links it. Their archives differ
+//! from release to release, so that those which are there are linked, and those which are not belong to
+//! another.
 
 use std::{env, path::Path};
 

@@ -1,5 +1,6 @@
-//! The program and the plugins of this very build. Cargo may leave an older copy of a dynamic library beside the program,
-//! so paths come from the messages of a build in the same profile as the tests', never from a guess.
+//! The program and the plugins of this very build. Cargo may leave an older copy of a dynamic library beside
+//! the program, so paths come from the messages of a build in the same profile as the tests', never from a
+//! guess.
 
 use std::{
     collections::BTreeMap,
@@ -42,7 +43,8 @@ fn packages() -> Vec<&'static str> {
     PACKAGES.into_iter().chain(OWN.iter().map(|plugin| plugin.package)).collect()
 }
 
-/// The library of a package of this workspace as a build with this feature makes it, in a file of its own in `folder`.
+/// The library of a package of this workspace as a build with this feature makes it, in a file of its own in
+/// `folder`.
 ///
 /// # Panics
 /// When the build fails.

@@ -53,8 +53,8 @@ pub struct Met {
     pub text: String,
 }
 
-/// `reef` with these arguments and the plugin, which does `wish` (`WHAT@WHERE`); None: there is no compiler. What is known of
-/// builds is kept beside the plugin.
+/// `reef` with these arguments and the plugin, which does `wish` (`WHAT@WHERE`); None: there is no compiler.
+/// What is known of builds is kept beside the plugin.
 pub fn meet(wish: &str, arguments: &[&str]) -> Option<Met> {
     let Some(folder) = folder() else {
         skip("the hostile plugin needs a C++ compiler");

@@ -74,7 +74,8 @@ fn works(name: &str) -> bool {
 }
 
 impl Language {
-    /// A compiler that is there, and `make`; else the reason is printed (and fails where everything is required).
+    /// A compiler that is there, and `make`; else the reason is printed (and fails where everything is
+    /// required).
     pub fn compiler(&self) -> Option<String> {
         let named = env::var(self.compiler).ok();
         let mut names = named.into_iter().chain(self.compilers.iter().map(|name| (*name).to_owned()));
@@ -92,7 +93,8 @@ impl Language {
         Some(compiler)
     }
 
-    /// Makes the example in a copy of its folder, every warning an error; `id`: under this id in place of its own.
+    /// Makes the example in a copy of its folder, every warning an error; `id`: under this id in place of its
+    /// own.
     ///
     /// # Panics
     /// When it does not build.

@@ -1,5 +1,5 @@
-//! What tests across crates share: the program and the plugins of this very build, libraries to spoil, and a still sea to
-//! step plugins in.
+//! What tests across crates share: the program and the plugins of this very build, libraries to spoil, and a
+//! still sea to step plugins in.
 
 pub mod artifacts;
 pub mod child;

@@ -1,5 +1,5 @@
-//! After the first steps, a step allocates nothing: neither the host nor the SDK. A program of its own, because it counts
-//! every allocation of the process.
+//! After the first steps, a step allocates nothing: neither the host nor the SDK. A program of its own,
+//! because it counts every allocation of the process.
 
 use std::{sync::Arc, time::Duration};
 
@@ -83,7 +83,8 @@ fn after_the_first_steps_a_step_allocates_nothing() {
         held.swap(0, 1);
         held[1] = instance.outputs().clone();
     };
-    // Ten steps take less than a busy machine may need to begin the worker's thread, which allocates: that is waited for.
+    // Ten steps take less than a busy machine may need to begin the worker's thread, which allocates: that is
+    // waited for.
     let mut number = 0;
     let mut steps = |count: u64| {
         let before = reef_counting::of_all_threads();

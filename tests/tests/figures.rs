@@ -1,5 +1,6 @@
-//! The paper's figures as the committed scenes show them: the scenes run through the program, and what is read from the
-//! recordings is what Aliaga & Larboulette 2009 say of each figure. The model's own tests hold the equations.
+//! The paper's figures as the committed scenes show them: the scenes run through the program, and what is
+//! read from the recordings is what Aliaga & Larboulette 2009 say of each figure. The model's own tests hold
+//! the equations.
 
 use std::{collections::BTreeMap, fs, process::Command};
 
@@ -77,8 +78,8 @@ fn figure_10_a_greater_exponent_bends_nearer_to_the_tip_and_is_seen_to() {
         assert!(whole > 0.35, "a bend of {whole} rad is hard to see");
         last = mean;
     }
-    // With n = 20 only the last joints bend: a kink, and the model's own. The same equations, solved apart from it in the plane,
-    // give these angles [degrees].
+    // With n = 20 only the last joints bend: a kink, and the model's own. The same equations, solved apart
+    // from it in the plane, give these angles [degrees].
     let kink: Vec<f64> = bends(&fibres[3]).into_iter().rev().take(4).map(f64::to_degrees).collect();
     for (bend, expected) in kink.iter().zip([13.77, 8.55, 3.54, 1.23]) {
         assert!((bend - expected).abs() < 0.05, "{kink:?}");
@@ -87,7 +88,8 @@ fn figure_10_a_greater_exponent_bends_nearer_to_the_tip_and_is_seen_to() {
 
 #[test]
 fn figure_12_the_source_pushes_the_hole_pulls_and_the_whirlwind_turns() {
-    // A fifth of a second after the start: each tip has begun to go where the water around its rest pose goes.
+    // A fifth of a second after the start: each tip has begun to go where the water around its rest pose
+    // goes.
     let recorded = record("anemone-fig12-singularities", 12, 12);
     let (rest, after) = (&recorded[&0], &recorded[&12]);
     let near = |place: Point, farthest: f64| {

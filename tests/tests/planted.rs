@@ -1,4 +1,5 @@
-//! `reef validate` finds what it is there to find: each fault that is planted on purpose makes it fail and say so.
+//! `reef validate` finds what it is there to find: each fault that is planted on purpose makes it fail and
+//! say so.
 
 use std::process::{Command, Output};
 
@@ -30,8 +31,8 @@ fn validation_fails_for_every_planted_fault_and_hears_nothing_without_one() {
     if clean.status.code() == Some(3) {
         return skip(&said(&clean));
     }
-    // What each fault is known by: a hazard that synchronisation validation names, a layout that core validation
-    // names, and the leaked buffer's name from the list of the living.
+    // What each fault is known by: a hazard that synchronisation validation names, a layout that core
+    // validation names, and the leaked buffer's name from the list of the living.
     let marks = [("barrier", "SYNC-HAZARD"), ("layout", "layout"), ("leak", "REEF-leak")];
     for (_, mark) in marks {
         assert!(!said(&clean).contains(mark), "without a fault:\n{}", said(&clean));

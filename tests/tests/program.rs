@@ -1,5 +1,5 @@
-//! The program as people meet it at its edges: how long it waits for plugins, what it says and how often, what it refuses
-//! to read or to write.
+//! The program as people meet it at its edges: how long it waits for plugins, what it says and how often,
+//! what it refuses to read or to write.
 
 use std::{
     env, fs,

@@ -1,4 +1,5 @@
-//! Results of the program at their places: films that are films, links, mounts, folders that stay, and nothing left behind.
+//! Results of the program at their places: films that are films, links, mounts, folders that stay, and
+//! nothing left behind.
 #![cfg(target_os = "linux")]
 
 use std::{

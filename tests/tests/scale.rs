@@ -1,5 +1,5 @@
-//! Every number of every table follows the scale as its unit says. (That every number has a unit, or is known to have none, is
-//! tested where all modules are at hand.)
+//! Every number of every table follows the scale as its unit says. (That every number has a unit, or is known
+//! to have none, is tested where all modules are at hand.)
 
 use reef_anemone_model::Anemones;
 use reef_particles_model::Particles;

@@ -1,5 +1,5 @@
-//! Scenes through the program itself: the reference is up to date, all scenes are sound, bad input ends with code 2 and
-//! one clear error, and nothing is left half written.
+//! Scenes through the program itself: the reference is up to date, all scenes are sound, bad input ends with
+//! code 2 and one clear error, and nothing is left half written.
 
 use std::{
     env, fs,

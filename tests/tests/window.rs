@@ -1,6 +1,7 @@
 //! The window on a display of its own: what a person does to it, under the validation layers.
 //!
-//! Skips, with the reason, where Xvfb, its tools or Vulkan are missing; fails instead where `REEF_REQUIRE=all`.
+//! Skips, with the reason, where Xvfb, its tools or Vulkan are missing; fails instead where
+//! `REEF_REQUIRE=all`.
 
 #[path = "window/display.rs"]
 mod display;

@@ -1,7 +1,7 @@
 //! Counts memory allocations while somebody asks: a step should make none once it is warm.
 //!
-//! The program `reef` installs [`Counting`]. It sees what the host and plugins that are linked into the program allocate;
-//! a library that was loaded brings an allocator of its own.
+//! The program `reef` installs [`Counting`]. It sees what the host and plugins that are linked into the
+//! program allocate; a library that was loaded brings an allocator of its own.
 
 #![allow(
     unsafe_code,

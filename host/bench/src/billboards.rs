@@ -1,8 +1,8 @@
-//! `reef bench billboards`: milliseconds a frame at 1280×720 for a still sea, the same with 100 000 sprites that are all in
-//! the picture, and with 100 000 around the eye, of which a part is.
+//! `reef bench billboards`: milliseconds a frame at 1280×720 for a still sea, the same with 100 000 sprites
+//! that are all in the picture, and with 100 000 around the eye, of which a part is.
 //!
-//! No figure has a bar: what a picture takes is the device's. The parts say where the time goes: looking at the sprites
-//! (culling, sorting) on the processor, and the pass that draws them on the device.
+//! No figure has a bar: what a picture takes is the device's. The parts say where the time goes: looking at
+//! the sprites (culling, sorting) on the processor, and the pass that draws them on the device.
 
 use std::time::Instant;
 

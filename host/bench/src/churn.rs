@@ -1,4 +1,5 @@
-//! `reef bench churn`: what ten thousand reloads leave behind, of each plugin that a scene can use without configuration.
+//! `reef bench churn`: what ten thousand reloads leave behind, of each plugin that a scene can use without
+//! configuration.
 
 use std::{
     fs,

@@ -1,5 +1,5 @@
-//! `reef bench contract`: what a call through the contract costs — the guard around it, and the way from the host's thread
-//! to a plugin's code and back — beside the same model without any of it.
+//! `reef bench contract`: what a call through the contract costs — the guard around it, and the way from the
+//! host's thread to a plugin's code and back — beside the same model without any of it.
 
 use std::{
     hint::black_box,

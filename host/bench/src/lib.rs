@@ -1,5 +1,5 @@
-//! `reef bench`: the measured figures of this machine, one bench a file. Figures with a bar fail the command when they
-//! miss it; what is compared is always a ratio of two things measured in the same run.
+//! `reef bench`: the measured figures of this machine, one bench a file. Figures with a bar fail the command
+//! when they miss it; what is compared is always a ratio of two things measured in the same run.
 
 pub mod allocations;
 mod billboards;

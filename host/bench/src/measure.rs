@@ -1,17 +1,18 @@
-//! Time, on a machine that others use, too: several things take turns in many short rounds, each short enough to fit
-//! between two interruptions, and what counts is each thing's best round.
+//! Time, on a machine that others use, too: several things take turns in many short rounds, each short enough
+//! to fit between two interruptions, and what counts is each thing's best round.
 
 use std::time::{Duration, Instant};
 
-/// Time that one turn of one thing takes, about: several steps of a sea, so that steps follow one another as they do in a sea
-/// that runs, and not every second one begins with caches full of what the other things left there.
+/// Time that one turn of one thing takes, about: several steps of a sea, so that steps follow one another as
+/// they do in a sea that runs, and not every second one begins with caches full of what the other things left
+/// there.
 const TURN: Duration = Duration::from_micros(8000);
 
 /// One of the things that take turns: does its unit of work once.
 pub type Work<'a> = Box<dyn FnMut() + 'a>;
 
-/// Seconds a call of each thing, one row a round. Each thing is first run until it is warm and its turn's number of calls
-/// is known.
+/// Seconds a call of each thing, one row a round. Each thing is first run until it is warm and its turn's
+/// number of calls is known.
 pub fn rounds(mut things: Vec<Work<'_>>, count: usize) -> Vec<Vec<f64>> {
     let calls: Vec<u32> = things.iter_mut().map(calls_a_turn).collect();
     (0..count)

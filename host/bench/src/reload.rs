@@ -1,7 +1,7 @@
 //! `reef bench reload`: how soon a new build's first step comes.
 //!
-//! Every plugin that a scene can use without configuration is measured; with `--plugin-dir` only those found there. Builds
-//! differ in bytes behind the library's end.
+//! Every plugin that a scene can use without configuration is measured; with `--plugin-dir` only those found
+//! there. Builds differ in bytes behind the library's end.
 
 use std::{
     fs,
@@ -78,8 +78,8 @@ impl Times {
 pub struct Soon {
     /// From before a file was renamed into place until the first step with its code was made.
     pub whole: Times,
-    /// What that time went to: until the file was read, until it was loaded, until its instances were in their places, and until
-    /// they had stepped.
+    /// What that time went to: until the file was read, until it was loaded, until its instances were in
+    /// their places, and until they had stepped.
     pub parts: [Times; 4],
     /// The longest time between two steps, over a step's length.
     pub longest: f64,

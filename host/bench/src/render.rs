@@ -1,9 +1,9 @@
-//! `reef bench render`: milliseconds a frame for 1000, 2000 and 4000 tentacles over a lit bed at 640×360, with levels of
-//! detail and without, and where the time goes.
+//! `reef bench render`: milliseconds a frame for 1000, 2000 and 4000 tentacles over a lit bed at 640×360,
+//! with levels of detail and without, and where the time goes.
 //!
-//! The scene is fixed here, not in a file, because it is a measure: two beds of tentacles ([`NEAR`], [`FAR`]) on the lit
-//! bed of `render::sample`. The nearer half stands before the camera; the other half stands so far away that it is small
-//! in the picture.
+//! The scene is fixed here, not in a file, because it is a measure: two beds of tentacles ([`NEAR`], [`FAR`])
+//! on the lit bed of `render::sample`. The nearer half stands before the camera; the other half stands so far
+//! away that it is small in the picture.
 
 use std::time::Instant;
 
@@ -33,8 +33,8 @@ const NEAR: Bed = Bed { side: 0.5, y: -3.86, z: 0.0, length: 0.13, radius: 0.006
 const FAR: Bed = Bed { side: 3.2, y: -3.9, z: -2.6, length: 0.12, radius: 0.004 };
 /// Tentacles, and the bar for a frame with levels of detail [ms].
 const BEDS: [(usize, f64); 3] = [(1000, 20.0), (2000, 35.0), (4000, 60.0)];
-/// Share of the time without levels of detail that is allowed with them, where the processor draws: on hardware such a frame
-/// takes less than a millisecond, most of which is spent on handing it over.
+/// Share of the time without levels of detail that is allowed with them, where the processor draws: on
+/// hardware such a frame takes less than a millisecond, most of which is spent on handing it over.
 const RATIO: f64 = 0.5;
 /// Rounds in which both take their turn.
 const ROUNDS: usize = 3;
@@ -124,7 +124,8 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
     Ok(())
 }
 
-/// Shares of the tentacles that are drawn with fewer sides than at full detail, and that are outside of the picture.
+/// Shares of the tentacles that are drawn with fewer sides than at full detail, and that are outside of the
+/// picture.
 fn small(previous: &Frame, current: &Frame, camera: CameraPose) -> [f64; 2] {
     use reef_render::{gather, twin, view::Lens};
     let lens = Lens::new(&camera, [SIZE.0, SIZE.1], 60.0);

@@ -1,9 +1,10 @@
-//! `reef bench table1`: the scene of table 1 of Coulais et al. 2005 (§3.4) — 4000 particles, 30 wave trains, a uniform current
-//! — seen from five distances, with and without its levels of detail, beside the paper's figures; and what a step of the
-//! default sea's particles takes.
+//! `reef bench table1`: the scene of table 1 of Coulais et al. 2005 (§3.4) — 4000 particles, 30 wave trains,
+//! a uniform current — seen from five distances, with and without its levels of detail, beside the paper's
+//! figures; and what a step of the default sea's particles takes.
 //!
-//! The paper's rates are frames a second of both, simulation and picture, of a processor and a graphics card of 2003. Here steps
-//! and pictures are told apart: what the levels of detail save of the simulation is judged by ratios within one run.
+//! The paper's rates are frames a second of both, simulation and picture, of a processor and a graphics card
+//! of 2003. Here steps and pictures are told apart: what the levels of detail save of the simulation is
+//! judged by ratios within one run.
 
 use std::{path::Path, time::Instant};
 
@@ -41,8 +42,8 @@ enum Trains {
     Each,
 }
 
-/// A row of the table: its name, which trains are evaluated, whether the other levels of detail are on, and the paper's
-/// frames a second.
+/// A row of the table: its name, which trains are evaluated, whether the other levels of detail are on, and
+/// the paper's frames a second.
 struct Row {
     name: &'static str,
     trains: Trains,

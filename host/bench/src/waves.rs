@@ -1,9 +1,9 @@
-//! `reef bench waves`: pairs of a particle and a wave train a second, position and velocity of the orbit, beside a bare
-//! kernel over hot data in the same rounds.
+//! `reef bench waves`: pairs of a particle and a wave train a second, position and velocity of the orbit,
+//! beside a bare kernel over hot data in the same rounds.
 //!
-//! The load is a million particles that a small module of this file carries, linked into the program: the trains come from a
-//! scene's wind sea through the step's input, the particles are shared out among the host's workers. Nothing is emitted,
-//! culled or drawn.
+//! The load is a million particles that a small module of this file carries, linked into the program: the
+//! trains come from a scene's wind sea through the step's input, the particles are shared out among the
+//! host's workers. Nothing is emitted, culled or drawn.
 
 use reef_command::{Common, open};
 use reef_flow::{

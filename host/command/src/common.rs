@@ -23,7 +23,8 @@ pub struct Common {
     /// Folder of assets; found beside the program or the workspace without it.
     #[arg(long, global = true, value_name = "DIR")]
     pub assets: Option<PathBuf>,
-    /// Stop a plugin's step after it worked for so long; 0.25 in the window and with --watch, 60 in runs without hurry.
+    /// Stop a plugin's step after it worked for so long; 0.25 in the window and with --watch, 60 in runs
+    /// without hurry.
     #[arg(long, global = true, value_name = "SECONDS", value_parser = patience)]
     pub patience: Option<Duration>,
 }

@@ -94,15 +94,17 @@ fn returns(subject: &Subject) -> Outcome {
     Ok(None)
 }
 
-/// What the process holds before and after a library's whole life: opened, a plugin of it made and stepped, closed.
+/// What the process holds before and after a library's whole life: opened, a plugin of it made and stepped,
+/// closed.
 pub(super) fn life(subject: &Subject) -> Result<[Held; 2], Not> {
     let whole = || {
         let (_plugin, mut instance) = subject.fresh()?;
         run(&mut instance, &Sea::usual(), 0..10)?;
         Ok::<(), Not>(instance.destroy()?)
     };
-    // The host's own threads and handlers are there after the first life. Where the plugin cannot be made or does not step,
-    // which is for other checks, its threads sleep for ever: then opening and closing is a life.
+    // The host's own threads and handlers are there after the first life. Where the plugin cannot be made or
+    // does not step, which is for other checks, its threads sleep for ever: then opening and closing is a
+    // life.
     let steps = whole().is_ok();
     subject.open(WORKERS)?;
     // A thread that was joined is there for a moment still.

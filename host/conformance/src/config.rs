@@ -1,5 +1,5 @@
-//! The configuration that checked instances are made with: read as a scene would be, so that what the host refuses never
-//! gets to the plugin.
+//! The configuration that checked instances are made with: read as a scene would be, so that what the host
+//! refuses never gets to the plugin.
 
 use std::path::{Path, PathBuf};
 

@@ -7,8 +7,8 @@ use std::{collections::HashSet, fs, mem::MaybeUninit};
 /// Most memory that a check's process may map [bytes]: a runaway must not take the machine's.
 const MEMORY: u64 = 16 << 30;
 
-/// In the check's process, before anything else: it ends with its parent, leaves no core, and takes no more memory than it
-/// may.
+/// In the check's process, before anything else: it ends with its parent, leaves no core, and takes no more
+/// memory than it may.
 pub(super) fn bound() {
     let limit = |resource, most: u64| {
         let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
@@ -51,8 +51,8 @@ pub(super) fn adopt_orphans() {
     unsafe { libc::prctl(libc::PR_SET_CHILD_SUBREAPER, 1) };
 }
 
-/// Kills all children of this process but those that are known: orphans that left the group of a check that has ended.
-/// Nobody may start a process meanwhile.
+/// Kills all children of this process but those that are known: orphans that left the group of a check that
+/// has ended. Nobody may start a process meanwhile.
 pub(super) fn kill_orphans(known: &HashSet<u32>) {
     // Each round may make orphans of others.
     for _ in 0..100 {

@@ -151,7 +151,8 @@ fn loads(subject: &Subject) -> Outcome {
     const ROUNDS: usize = 3;
     let one = || subject.open(1).map(drop);
     (0..4).try_for_each(|_| one())?;
-    // The C library maps an arena for each thread that finds the others taken, up to a limit. What leaks leaks in each round.
+    // The C library maps an arena for each thread that finds the others taken, up to a limit. What leaks
+    // leaks in each round.
     let mut least = u64::MAX;
     for _ in 0..ROUNDS {
         let before = Held::now();

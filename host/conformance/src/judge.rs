@@ -1,4 +1,5 @@
-//! All checks that were asked for, several at once, told in their order. A check whose needs failed is not run.
+//! All checks that were asked for, several at once, told in their order. A check whose needs failed is not
+//! run.
 
 use std::{
     sync::{

@@ -1,5 +1,5 @@
-//! `reef plugin check`: does a plugin keep to the contract? One small function a check, each run in a process of its own with a
-//! time limit; the families of checks are one file each.
+//! `reef plugin check`: does a plugin keep to the contract? One small function a check, each run in a process
+//! of its own with a time limit; the families of checks are one file each.
 
 #![cfg(target_os = "linux")]
 
@@ -63,8 +63,8 @@ pub struct Args {
     /// Print the names of all checks and what they are about.
     #[arg(long)]
     pub list: bool,
-    /// The configuration of the instances that are made: JSON (the module's table), or a file of it, or a scene that uses the
-    /// plugin.
+    /// The configuration of the instances that are made: JSON (the module's table), or a file of it, or a
+    /// scene that uses the plugin.
     #[arg(long, value_name = "FILE|JSON")]
     pub config: Option<String>,
     /// Of a library with several plugins, only the one with this id.

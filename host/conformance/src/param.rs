@@ -1,4 +1,5 @@
-//! Parameters of living instances: they change through events only, stay in their ranges, and belong to the state.
+//! Parameters of living instances: they change through events only, stay in their ranges, and belong to the
+//! state.
 
 use reef_abi as abi;
 use reef_plugin::{Instance, ParamInfo, ParamKind, Plugin};

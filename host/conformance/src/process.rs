@@ -1,5 +1,5 @@
-//! One check in a process of its own. Whatever happens there — a crash, a hang, children, garbage on its outputs — becomes a
-//! verdict here.
+//! One check in a process of its own. Whatever happens there — a crash, a hang, children, garbage on its
+//! outputs — becomes a verdict here.
 
 use std::{
     collections::HashSet,
@@ -27,7 +27,8 @@ use tempfile::TempDir;
 
 use super::{Args, group, limit, verdict::Verdict};
 
-/// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the byte.
+/// Without each thread's store of freed memory, the C library knows how much of its heap is in use, to the
+/// byte.
 const EXACT_HEAP: &str = "glibc.malloc.tcache_count=0";
 
 /// How checks are run.

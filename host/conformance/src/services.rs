@@ -167,7 +167,8 @@ fn inexact(subject: &Subject) -> Outcome {
     Ok(None)
 }
 
-/// What the host refused of textures and of meshes, in the life of an instance that was reset and took up a state on the way.
+/// What the host refused of textures and of meshes, in the life of an instance that was reset and took up a
+/// state on the way.
 fn refused(subject: &Subject) -> Result<[Refused; 2], Not> {
     let (_plugin, mut instance) = subject.fresh()?;
     let sea = Sea::full();

@@ -9,12 +9,13 @@ use std::{
 /// A byte order mark.
 const MARK: char = '\u{feff}';
 
-/// Opens a regular file. Anything else — a folder, a pipe, a device — is an error: who opens a pipe waits for its other end,
-/// and a device may have no end.
+/// Opens a regular file. Anything else — a folder, a pipe, a device — is an error: who opens a pipe waits for
+/// its other end, and a device may have no end.
 pub fn open(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.read(true);
-    // Between a look at the path and its opening another file may have taken its place: opening must not wait either way.
+    // Between a look at the path and its opening another file may have taken its place: opening must not wait
+    // either way.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
     if !std::fs::metadata(path)?.is_file() {

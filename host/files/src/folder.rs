@@ -21,12 +21,14 @@ pub struct Folder {
     target: PathBuf,
     part: TempDir,
     mark: Mark,
-    /// An empty folder stood there: it stays (it may be a mount, or somebody's present folder), and gets the files.
+    /// An empty folder stood there: it stays (it may be a mount, or somebody's present folder), and gets the
+    /// files.
     is_there: bool,
 }
 
 impl Folder {
-    /// Begins a folder; fails at once where it could never be put in its place. A folder that is there must be empty.
+    /// Begins a folder; fails at once where it could never be put in its place. A folder that is there must
+    /// be empty.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
         let fail = |problem: String| WriteError { path: path.to_owned(), problem };
         let place = Place::of(path).map_err(fail)?;

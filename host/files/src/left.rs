@@ -33,8 +33,8 @@ pub(super) fn undisturbed<T>(act: impl FnOnce() -> T) -> T {
     act()
 }
 
-/// From now on SIGINT, SIGTERM and SIGHUP remove what is on its way before they end the program; the same one again ends it
-/// at once. A signal that is ignored (`nohup`) stays ignored.
+/// From now on SIGINT, SIGTERM and SIGHUP remove what is on its way before they end the program; the same one
+/// again ends it at once. A signal that is ignored (`nohup`) stays ignored.
 #[cfg(unix)]
 pub fn remove_at_signals() -> io::Result<()> {
     unix::install()
@@ -66,8 +66,8 @@ mod unix {
     /// Tells the thread that waits. The system has put the default back: the next signal ends the program.
     extern "C" fn on_signal(signal: i32) {
         let byte = signal as u8;
-        // SAFETY: writes one byte that lives to a pipe that is never closed; a signal handler may do that. Nothing is lost
-        // with a full pipe: the first byte counts.
+        // SAFETY: writes one byte that lives to a pipe that is never closed; a signal handler may do that.
+        // Nothing is lost with a full pipe: the first byte counts.
         unsafe { libc::write(PIPE.load(Ordering::Relaxed), (&raw const byte).cast(), 1) };
     }
 

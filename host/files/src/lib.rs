@@ -1,5 +1,5 @@
-//! Files that others hold: results, written beside their place and put there when they are whole, so that nobody ever
-//! finds half of one; and in [`bounded`] what is read, up to a limit.
+//! Files that others hold: results, written beside their place and put there when they are whole, so that
+//! nobody ever finds half of one; and in [`bounded`] what is read, up to a limit.
 
 pub mod bounded;
 mod folder;
@@ -56,7 +56,8 @@ enum Out {
 struct Part {
     file: BufWriter<NamedTempFile>,
     mark: Mark,
-    /// A folder that it is alone in: when that is gone, no other program that was given the file's name makes it once more.
+    /// A folder that it is alone in: when that is gone, no other program that was given the file's name makes
+    /// it once more.
     nest: Option<TempDir>,
 }
 
@@ -74,12 +75,14 @@ impl Part {
 }
 
 impl Writing {
-    /// Begins a file; fails at once where it could never be put in its place. Through a link, what it leads to is written.
+    /// Begins a file; fails at once where it could never be put in its place. Through a link, what it leads
+    /// to is written.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
         Self::begin(path, false)
     }
 
-    /// The same for another program that goes to and fro in [`Writing::part`]: even a device gets the file when it is whole.
+    /// The same for another program that goes to and fro in [`Writing::part`]: even a device gets the file
+    /// when it is whole.
     pub fn create_seekable(path: &Path) -> Result<Self, WriteError> {
         Self::begin(path, true)
     }
@@ -114,7 +117,8 @@ impl Writing {
         Ok(Self { path: path.to_owned(), target: place.target, out })
     }
 
-    /// The file that holds what was written until it is whole; where a device is written straight, the device.
+    /// The file that holds what was written until it is whole; where a device is written straight, the
+    /// device.
     pub fn part(&self) -> &Path {
         match &self.out {
             Out::Whole(part) => part.file.get_ref().path(),
@@ -122,7 +126,8 @@ impl Writing {
         }
     }
 
-    /// Puts the whole file in its place. Where that cannot be done any more, it is kept and the error names it.
+    /// Puts the whole file in its place. Where that cannot be done any more, it is kept and the error names
+    /// it.
     pub fn finish(self) -> Result<(), WriteError> {
         self.finish_by(|part, target| fs::rename(part, target))
     }

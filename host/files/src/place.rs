@@ -1,4 +1,5 @@
-//! Where a result goes: links are followed to what they lead to, and the place is tried before anybody works for it.
+//! Where a result goes: links are followed to what they lead to, and the place is tried before anybody works
+//! for it.
 
 use std::{
     fs::{self, File, Metadata, Permissions},
@@ -29,7 +30,8 @@ impl Place {
             Err(error) => return Err(told(&error)),
         };
         let absolute = std::path::absolute(path).map_err(|error| told(&error))?;
-        // The target of a link in /proc (standard output, say) is no path: what stands there is reached through the link alone.
+        // The target of a link in /proc (standard output, say) is no path: what stands there is reached
+        // through the link alone.
         let target = match (resolve(absolute.clone())?, &there) {
             (end, Some(there)) if !is_same(&end, there) => absolute,
             (end, _) => end,
@@ -88,7 +90,8 @@ pub fn beside(folder: &Path, rights: Option<Permissions>) -> io::Result<NamedTem
     Ok(file)
 }
 
-/// What results on their way are called; temporary files are private by default, and results have the rights of any other.
+/// What results on their way are called; temporary files are private by default, and results have the rights
+/// of any other.
 pub(super) fn builder(mode: u32) -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     builder.prefix(".reef-").suffix(".part");
@@ -98,8 +101,8 @@ pub(super) fn builder(mode: u32) -> Builder<'static, 'static> {
     builder
 }
 
-/// Puts a whole file where the target is. What cannot be replaced (a mount, another's file in a sticky folder, a device)
-/// is written in place, and the part stays.
+/// Puts a whole file where the target is. What cannot be replaced (a mount, another's file in a sticky
+/// folder, a device) is written in place, and the part stays.
 pub(super) fn put(
     part: &Path,
     target: &Path,

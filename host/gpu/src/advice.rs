@@ -1,5 +1,5 @@
-//! The way out where Vulkan finds no driver or layer: what the environment hides from the loader comes before what could
-//! be installed.
+//! The way out where Vulkan finds no driver or layer: what the environment hides from the loader comes before
+//! what could be installed.
 
 use std::{ffi::OsString, path::Path};
 

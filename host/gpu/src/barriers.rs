@@ -1,8 +1,8 @@
 //! Which barrier has to stand before a use of a resource: derived from the uses before it, without Vulkan.
 //!
-//! Each resource carries a [`State`]: the last write (a layout's change counts as one), which stages can already see
-//! it, and which stages have read since. A pass's declared accesses are merged into one [`Use`] a resource, and
-//! [`State::transition`] says what has to be waited for:
+//! Each resource carries a [`State`]: the last write (a layout's change counts as one), which stages can
+//! already see it, and which stages have read since. A pass's declared accesses are merged into one [`Use`] a
+//! resource, and [`State::transition`] says what has to be waited for:
 //!
 //! - read after write: the write is made available and visible, once for each stage and kind of access;
 //! - write after read: the readers are waited for, nothing is flushed;
@@ -82,14 +82,14 @@ impl State {
         read_stages: S::NONE,
     };
 
-    /// An image that the window system handed over: its content is undefined, and work on it has to wait for the
-    /// stage at which the submission waits for the semaphore.
+    /// An image that the window system handed over: its content is undefined, and work on it has to wait for
+    /// the stage at which the submission waits for the semaphore.
     pub fn acquired(wait_stage: S) -> State {
         State { write_stages: wait_stage, ..State::NEW }
     }
 
-    /// A resource whose uses so far have been waited for by the program: nothing of them is a hazard, and an image
-    /// keeps its layout and content.
+    /// A resource whose uses so far have been waited for by the program: nothing of them is a hazard, and an
+    /// image keeps its layout and content.
     pub fn settled(layout: L) -> State {
         State { layout, ..State::NEW }
     }

@@ -1,7 +1,7 @@
 //! No shader branches on uniforms alone: lavapipe would compile it anew for each value, which is every frame.
 //!
-//! A condition is followed back through arithmetic, through variables that are written once, and through arguments and
-//! results of functions.
+//! A condition is followed back through arithmetic, through variables that are written once, and through
+//! arguments and results of functions.
 
 use std::collections::HashMap;
 

@@ -130,8 +130,8 @@ impl Buffer {
         self.id
     }
 
-    /// Writes into a buffer of [`Memory::Upload`]. What the device is reading must not be written: take the frame's
-    /// upload ring for what changes every frame.
+    /// Writes into a buffer of [`Memory::Upload`]. What the device is reading must not be written: take the
+    /// frame's upload ring for what changes every frame.
     pub fn write(&self, offset: u64, bytes: &[u8]) -> Result<()> {
         let refuse = |reason: String| GpuError::Resource { name: self.name.clone(), reason };
         if self.memory != Memory::Upload {
@@ -143,8 +143,8 @@ impl Buffer {
         }
         let pointer = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
         let pointer = pointer.ok_or_else(|| refuse("its memory is not mapped".to_owned()))?;
-        // SAFETY: the allocation is mapped and coherent, at least `size` bytes long, and `bytes` does not overlap it:
-        // no reference into mapped memory of this kind is ever given out.
+        // SAFETY: the allocation is mapped and coherent, at least `size` bytes long, and `bytes` does not
+        // overlap it: no reference into mapped memory of this kind is ever given out.
         unsafe {
             std::ptr::copy_nonoverlapping(
                 bytes.as_ptr(),

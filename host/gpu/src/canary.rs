@@ -22,7 +22,8 @@ pub enum Scope {
     WhileResizing,
 }
 
-/// A message that is known to be wrong or harmless: which one, from which version of the layer, when, and why.
+/// A message that is known to be wrong or harmless: which one, from which version of the layer, when, and
+/// why.
 #[derive(Clone, Copy, Debug)]
 pub struct Suppression {
     /// The message's name.
@@ -189,8 +190,8 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the loader passes the pointer that `messenger_info` stored, whose canary outlives the instance, and
-    // data that is valid for the length of the call.
+    // SAFETY: the loader passes the pointer that `messenger_info` stored, whose canary outlives the instance,
+    // and data that is valid for the length of the call.
     let (canary, data) = unsafe { (user.cast::<Canary>().as_ref(), data.as_ref()) };
     let (Some(canary), Some(data)) = (canary, data) else { return vk::FALSE };
     // SAFETY: the specification has these strings null or null-terminated.

@@ -113,8 +113,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
     /// Binds a pipeline; the first time (or after its shaders changed) it is made.
     pub fn pipeline(&mut self, pipeline: &Pipeline) -> Result<()> {
         let built = pipeline.get()?;
-        // SAFETY: the command buffer is being recorded, here and in all functions below; the pipeline outlives the
-        // frame because dropping it is deferred.
+        // SAFETY: the command buffer is being recorded, here and in all functions below; the pipeline
+        // outlives the frame because dropping it is deferred.
         unsafe { self.device().cmd_bind_pipeline(self.raw(), built.bind_point, built.pipeline) };
         self.bound = Some(built);
         Ok(())

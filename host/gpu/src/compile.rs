@@ -31,7 +31,8 @@ impl Compiler {
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
         options.set_target_spirv(SpirvVersion::V1_6);
         options.set_warnings_as_errors();
-        // Drivers optimise for themselves; what is not optimised keeps its names, and every binding that is declared.
+        // Drivers optimise for themselves; what is not optimised keeps its names, and every binding that is
+        // declared.
         options.set_optimization_level(shaderc::OptimizationLevel::Zero);
         options.set_include_callback(|wanted, how, from, _depth| {
             let folder = match how {

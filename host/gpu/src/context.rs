@@ -194,7 +194,8 @@ impl Gpu {
         self.shared.info.family
     }
 
-    /// The memory allocator, for libraries that bring their own resources. They drop it before [`Gpu::close`].
+    /// The memory allocator, for libraries that bring their own resources. They drop it before
+    /// [`Gpu::close`].
     pub fn allocator(&self) -> Result<Arc<Mutex<Allocator>>> {
         self.shared.allocator()
     }
@@ -221,8 +222,8 @@ impl Gpu {
         unsafe { self.shared.device.device_wait_idle() }.call("vkDeviceWaitIdle")
     }
 
-    /// Ends the context: waits for the device, destroys what was dropped, and reports what was not as leaked, to the
-    /// log and to the canary. Returns the leaked resources.
+    /// Ends the context: waits for the device, destroys what was dropped, and reports what was not as leaked,
+    /// to the log and to the canary. Returns the leaked resources.
     pub fn close(self) -> Vec<String> {
         self.shared.close()
     }
@@ -246,7 +247,8 @@ impl Shared {
         id
     }
 
-    /// Takes a resource from the list; false where the context is closed and there is nothing left to destroy.
+    /// Takes a resource from the list; false where the context is closed and there is nothing left to
+    /// destroy.
     pub(crate) fn unregister(&self, id: u64) -> bool {
         self.living().remove(&id);
         !self.closed.load(Ordering::Acquire)
@@ -313,8 +315,8 @@ impl Shared {
             // SAFETY: the device is idle. With validation on, what leaked is left for the layer to see.
             unsafe { self.device.destroy_device(None) };
         } else {
-            // The device stays for what leaked, and an instance must not go before its device: drivers have threads of
-            // their own that would find it gone.
+            // The device stays for what leaked, and an instance must not go before its device: drivers have
+            // threads of their own that would find it gone.
             std::mem::forget(self.instance.clone());
         }
         leaks

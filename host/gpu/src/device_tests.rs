@@ -1,12 +1,12 @@
-//! The whole way on a real device (lavapipe counts): computed, drawn and read back exactly, and clean under the
-//! validation layer; and every planted fault is found.
+//! The whole way on a real device (lavapipe counts): computed, drawn and read back exactly, and clean under
+//! the validation layer; and every planted fault is found.
 
 use ash::vk;
 
 use super::*;
 
-/// A context under core and synchronisation validation; None where the machine has no driver or no layer and tests
-/// may be skipped.
+/// A context under core and synchronisation validation; None where the machine has no driver or no layer and
+/// tests may be skipped.
 fn open(fault: Option<Fault>) -> Option<Gpu> {
     open_with(Validation::CoreSync, fault)
 }

@@ -6,7 +6,8 @@ pub const VARIABLE: &str = "REEF_PLANT_FAULT";
 /// A planted fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Barriers of buffers are left out where a shader wrote before: synchronisation validation has to notice.
+    /// Barriers of buffers are left out where a shader wrote before: synchronisation validation has to
+    /// notice.
     Barrier,
     /// Images that are to be read stay in a layout of another kind: core validation has to notice.
     Layout,

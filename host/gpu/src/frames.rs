@@ -1,7 +1,8 @@
 //! Frames in flight: while the device draws one, the program records the next.
 //!
-//! A fence for each frame says when its command buffer, upload ring and timestamps may be used again, and when what was
-//! dropped meanwhile can be destroyed. (Timeline semaphores would do the same; validation layers stall on them.)
+//! A fence for each frame says when its command buffer, upload ring and timestamps may be used again, and
+//! when what was dropped meanwhile can be destroyed. (Timeline semaphores would do the same; validation
+//! layers stall on them.)
 
 use std::sync::Arc;
 

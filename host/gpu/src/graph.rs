@@ -125,7 +125,8 @@ impl<'f> Frame<'f> {
         }
     }
 
-    /// Brings an image into the layout in which the window system takes it; the last thing that happens to it.
+    /// Brings an image into the layout in which the window system takes it; the last thing that happens to
+    /// it.
     pub fn finish_for_present(&mut self, image: &Image) -> Result<()> {
         self.pass("present").read(image, Access::Present).run(|_| Ok(()))
     }
@@ -187,8 +188,8 @@ impl<'p, 'f, 'r> Pass<'p, 'f, 'r> {
         self
     }
 
-    /// Records the pass: barriers first, then, between timestamps and within the attachments if there are any, what
-    /// `record` says.
+    /// Records the pass: barriers first, then, between timestamps and within the attachments if there are
+    /// any, what `record` says.
     pub fn run(self, record: impl FnOnce(&mut Cmd<'_, 'f>) -> Result<()>) -> Result<()> {
         let Pass { frame, name, touched, discarded, color, depth, refused } = self;
         if let Some(reason) = refused {

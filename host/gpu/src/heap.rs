@@ -1,8 +1,8 @@
 //! The heap under a driver that draws on the processor.
 
-/// Makes the heap keep what is freed. A software rasteriser allocates its vertices and bins anew in each draw, in pieces so
-/// great that the C library would fetch them from the system and give them back every time: half of the time of a picture
-/// of many vertices is then spent in page faults.
+/// Makes the heap keep what is freed. A software rasteriser allocates its vertices and bins anew in each
+/// draw, in pieces so great that the C library would fetch them from the system and give them back every
+/// time: half of the time of a picture of many vertices is then spent in page faults.
 pub(crate) fn keep() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

@@ -15,10 +15,11 @@ use super::{
 /// The layer that checks how Vulkan is used.
 pub const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// What the validation layer is asked to check. The tiers run one at a time: together they disturb one another.
+/// What the validation layer is asked to check. The tiers run one at a time: together they disturb one
+/// another.
 ///
-/// There is no GPU-assisted one: version 1.3.239 of the layer, which instruments shaders for it, makes pipelines with push
-/// descriptors compute wrong results on lavapipe. Buffers are accessed robustly instead.
+/// There is no GPU-assisted one: version 1.3.239 of the layer, which instruments shaders for it, makes
+/// pipelines with push descriptors compute wrong results on lavapipe. Buffers are accessed robustly instead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Validation {
     /// Nothing; no layer is loaded.
@@ -169,7 +170,8 @@ impl Instance {
         if validation != Validation::Off {
             info = info.push_next(&mut features);
         }
-        // SAFETY: everything that `info` points to lives until the call returns, the canary until the instance ends.
+        // SAFETY: everything that `info` points to lives until the call returns, the canary until the
+        // instance ends.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => no_driver(),
             vk::Result::ERROR_LAYER_NOT_PRESENT => no_layer(),
@@ -179,7 +181,8 @@ impl Instance {
         let mut instance = Instance { raw, entry, canary, debug_utils, messenger: None };
         if debug_utils && validation != Validation::Off {
             let functions = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
-            // SAFETY: the canary outlives the messenger: both are fields of `instance`, dropped in that order.
+            // SAFETY: the canary outlives the messenger: both are fields of `instance`, dropped in that
+            // order.
             let messenger =
                 unsafe { functions.create_debug_utils_messenger(&messenger_info(&instance.canary), None) }
                     .call("vkCreateDebugUtilsMessengerEXT")?;

@@ -7,8 +7,8 @@
 //! 3. [`Frame::pass`] declares what a pass reads and writes, and records it: [`graph`] derives the barriers;
 //! 4. [`Frame::submit`] gives it to the device.
 //!
-//! What is dropped meanwhile is destroyed when no frame uses it any more; what is left when the context is closed is
-//! reported as leaked, to the [`Canary`] like every message of the validation layers.
+//! What is dropped meanwhile is destroyed when no frame uses it any more; what is left when the context is
+//! closed is reported as leaked, to the [`Canary`] like every message of the validation layers.
 
 pub mod access;
 mod advice;

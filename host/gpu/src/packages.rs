@@ -1,5 +1,5 @@
-//! What has to be installed for what, and the command that does it. The table is `tools/packages.json`, which the
-//! set-up command reads, too.
+//! What has to be installed for what, and the command that does it. The table is `tools/packages.json`, which
+//! the set-up command reads, too.
 
 use std::{collections::BTreeMap, ffi::OsStr, fs::Metadata, path::PathBuf};
 
@@ -71,7 +71,8 @@ pub fn advice(purposes: &[&str]) -> String {
     format!("install it with:\n  {}", commands(purposes).join("\nor\n  "))
 }
 
-/// Where a program lies that PATH reaches. `Err`: there is none; or a file of that name, which may not be run.
+/// Where a program lies that PATH reaches. `Err`: there is none; or a file of that name, which may not be
+/// run.
 pub fn program(name: &str) -> Result<PathBuf, Option<PathBuf>> {
     program_in(name, &std::env::var_os("PATH").unwrap_or_default())
 }

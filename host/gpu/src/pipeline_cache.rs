@@ -29,7 +29,8 @@ pub fn default_dir() -> Option<PathBuf> {
 }
 
 impl PipelineCache {
-    /// Makes the cache from the file of this device and driver, or empty. A cache that cannot be had costs time only.
+    /// Makes the cache from the file of this device and driver, or empty. A cache that cannot be had costs
+    /// time only.
     pub(crate) fn load(
         device: &ash::Device,
         instance: &Instance,

@@ -200,8 +200,8 @@ impl Pipeline {
         self.get().map(drop)
     }
 
-    /// The pipeline for the shaders as they are now. Where new shaders cannot be used, the pipeline before stays, and
-    /// the failure is noted in the [`super::ShaderStore`].
+    /// The pipeline for the shaders as they are now. Where new shaders cannot be used, the pipeline before
+    /// stays, and the failure is noted in the [`super::ShaderStore`].
     pub(crate) fn get(&self) -> Result<Built> {
         let shared = &self.shared;
         let epoch = shared.shaders.epoch();
@@ -300,7 +300,8 @@ impl Pipeline {
         let info = vk::DescriptorSetLayoutCreateInfo::default()
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
             .bindings(&bindings);
-        // SAFETY: the device lives; so in all calls below, which destroy what they made when one of them fails.
+        // SAFETY: the device lives; so in all calls below, which destroy what they made when one of them
+        // fails.
         let sets = unsafe { device.create_descriptor_set_layout(&info, None) }
             .call("vkCreateDescriptorSetLayout")?;
         let set_layouts = [sets];

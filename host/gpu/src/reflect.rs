@@ -1,5 +1,5 @@
-//! Reads from SPIR-V what a shader is bound to: descriptors of set 0, push constants, the size of a work group.
-//! So a pipeline's layout follows from its shaders, and nobody writes it twice.
+//! Reads from SPIR-V what a shader is bound to: descriptors of set 0, push constants, the size of a work
+//! group. So a pipeline's layout follows from its shaders, and nobody writes it twice.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,8 +1,9 @@
 //! Shaders that are edited while Reef runs: compiled in the background, taken between two frames.
 //!
-//! Files are looked at twice a second by time and size, then by the hash of what a stage consists of: an edit of an
-//! include compiles every stage that includes it, and one that changes nothing compiles nothing. A shader with a
-//! mistake changes nothing on the picture; [`super::ShaderStore::failures`] says what is wrong with it, and where.
+//! Files are looked at twice a second by time and size, then by the hash of what a stage consists of: an edit
+//! of an include compiles every stage that includes it, and one that changes nothing compiles nothing. A
+//! shader with a mistake changes nothing on the picture; [`super::ShaderStore::failures`] says what is wrong
+//! with it, and where.
 
 use std::{
     collections::{BTreeMap, HashMap},

@@ -35,8 +35,8 @@ impl Ring {
         Ring { shared: shared.clone(), chunks: Vec::new(), used: 0 }
     }
 
-    /// The frame that used it has ended: everything is free again. After a frame that needed several chunks there is
-    /// one that holds all.
+    /// The frame that used it has ended: everything is free again. After a frame that needed several chunks
+    /// there is one that holds all.
     pub(crate) fn reset(&mut self) -> Result<()> {
         self.used = 0;
         if self.chunks.len() > 1 {

@@ -1,4 +1,5 @@
-//! A small check that a device computes and draws what it should: two dependent compute passes, a picture, a texture.
+//! A small check that a device computes and draws what it should: two dependent compute passes, a picture, a
+//! texture.
 
 use ash::vk;
 
@@ -63,7 +64,8 @@ pub(super) fn compute(gpu: &Gpu, frames: &mut Frames) -> Result<Vec<u32>> {
     Ok(bytemuck::pod_collect_to_vec(&gpu.read_buffer(&c)?))
 }
 
-/// Clears a picture, draws its left half, copies that half through a texture into another, and fetches that one.
+/// Clears a picture, draws its left half, copies that half through a texture into another, and fetches that
+/// one.
 pub(super) fn draw(gpu: &Gpu, frames: &mut Frames) -> Result<Picture> {
     let format = vk::Format::R8G8B8A8_UNORM;
     let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT

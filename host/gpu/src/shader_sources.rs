@@ -1,7 +1,9 @@
-//! The folder of shaders: which files are stages, what they include, and whether the committed SPIR-V is theirs.
+//! The folder of shaders: which files are stages, what they include, and whether the committed SPIR-V is
+//! theirs.
 //!
-//! `shaders/manifest.json` holds, for each stage, the hash of its source with all that it includes, and the hash of the
-//! SPIR-V that was compiled from it. So a test without any compiler sees an edit that was not compiled.
+//! `shaders/manifest.json` holds, for each stage, the hash of its source with all that it includes, and the
+//! hash of the SPIR-V that was compiled from it. So a test without any compiler sees an edit that was not
+//! compiled.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -63,8 +65,8 @@ pub enum SourceError {
     },
 }
 
-/// The folder of shaders of the working tree that the program was built in; none where it was installed elsewhere.
-/// `REEF_SHADERS` overrides it.
+/// The folder of shaders of the working tree that the program was built in; none where it was installed
+/// elsewhere. `REEF_SHADERS` overrides it.
 pub fn find_folder() -> Option<PathBuf> {
     if let Some(given) = std::env::var_os("REEF_SHADERS") {
         return Some(PathBuf::from(given));

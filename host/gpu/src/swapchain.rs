@@ -1,8 +1,9 @@
 //! A window's pictures: taken from the window system, drawn to, given back to be shown.
 //!
 //! A frame of a window, in order: [`Swapchain::prepare`] makes the swapchain anew where it no longer fits;
-//! [`Frames::begin`](super::Frames::begin); [`Swapchain::acquire`]; passes that draw into [`Swapchain::image`];
-//! [`Frame::finish_for_present`]; [`Frame::submit`] with [`Swapchain::signals`]; [`Swapchain::present`].
+//! [`Frames::begin`](super::Frames::begin); [`Swapchain::acquire`]; passes that draw into
+//! [`Swapchain::image`]; [`Frame::finish_for_present`]; [`Frame::submit`] with [`Swapchain::signals`];
+//! [`Swapchain::present`].
 
 use std::sync::Arc;
 
@@ -39,8 +40,8 @@ struct Chain {
     raw: vk::SwapchainKHR,
     images: Vec<Image>,
     views: Vec<vk::ImageView>,
-    /// One an image: signalled when it was drawn, waited for by the window system, which says nothing of when it has.
-    /// An image that is handed out again proves it.
+    /// One an image: signalled when it was drawn, waited for by the window system, which says nothing of when
+    /// it has. An image that is handed out again proves it.
     drawn: Vec<vk::Semaphore>,
 }
 
@@ -61,8 +62,8 @@ pub struct Swapchain {
 }
 
 impl Swapchain {
-    /// A swapchain for a window whose content has this size in pixels, for as many frames as can be in flight. The
-    /// images themselves are made by the first [`Swapchain::prepare`].
+    /// A swapchain for a window whose content has this size in pixels, for as many frames as can be in
+    /// flight. The images themselves are made by the first [`Swapchain::prepare`].
     pub fn new(gpu: &Gpu, surface: Surface, size: (u32, u32), frames: usize) -> Result<Swapchain> {
         let shared = gpu.shared.clone();
         let format = choose_format(&shared, &surface)?;
@@ -96,12 +97,14 @@ impl Swapchain {
         self.chain.images.first().map_or((0, 0), Image::size)
     }
 
-    /// Whether the images encode linear light as sRGB by themselves. Where not (the usual case), shaders have to.
+    /// Whether the images encode linear light as sRGB by themselves. Where not (the usual case), shaders have
+    /// to.
     pub fn encodes_srgb(&self) -> bool {
         matches!(self.format.format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB)
     }
 
-    /// Waits for the display before each frame (as it does from the beginning), or draws as fast as the driver lets it.
+    /// Waits for the display before each frame (as it does from the beginning), or draws as fast as the
+    /// driver lets it.
     pub fn set_vsync(&mut self, vsync: bool) {
         if self.vsync != vsync {
             self.vsync = vsync;
@@ -115,8 +118,8 @@ impl Swapchain {
         self.grow_stale();
     }
 
-    /// Makes images of the window's present size, where the old ones no longer fit. False: the window has no area, and
-    /// nothing can be drawn.
+    /// Makes images of the window's present size, where the old ones no longer fit. False: the window has no
+    /// area, and nothing can be drawn.
     pub fn prepare(&mut self) -> Result<bool> {
         if self.wanted.0 == 0 || self.wanted.1 == 0 {
             return Ok(false);
@@ -149,15 +152,16 @@ impl Swapchain {
         Ok(true)
     }
 
-    /// Takes an image to draw this frame into. None: the window changed meanwhile; drop the frame and begin again.
+    /// Takes an image to draw this frame into. None: the window changed meanwhile; drop the frame and begin
+    /// again.
     pub fn acquire(&mut self, frame: &Frame<'_>) -> Result<Option<Acquired>> {
         let index = frame.index();
         let semaphore = *self.free.get(index).ok_or_else(|| GpuError::Surface {
             reason: format!("it was made for {} frames in flight, this is number {index}", self.free.len()),
         })?;
         let functions = self.functions()?;
-        // SAFETY: the swapchain lives; the semaphore's last wait belonged to a frame whose fence has passed, because
-        // `frame` uses its place again.
+        // SAFETY: the swapchain lives; the semaphore's last wait belonged to a frame whose fence has passed,
+        // because `frame` uses its place again.
         let taken = unsafe {
             functions.acquire_next_image(self.chain.raw, PATIENCE_NS, semaphore, vk::Fence::null())
         };
@@ -205,7 +209,8 @@ impl Swapchain {
             vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&images);
         let shown = {
             let queue = self.shared.queue();
-            // SAFETY: the queue is held; the image was acquired, and the submission that signals the semaphore made.
+            // SAFETY: the queue is held; the image was acquired, and the submission that signals the
+            // semaphore made.
             unsafe { functions.queue_present(*queue, &info) }
         };
         self.taken = false;
@@ -355,8 +360,8 @@ fn surface_error(call: &'static str, result: vk::Result) -> GpuError {
     }
 }
 
-/// Eight bits a channel, not encoded by the device: the tone curve encodes and dithers by itself, and the panel blends
-/// as egui means it.
+/// Eight bits a channel, not encoded by the device: the tone curve encodes and dithers by itself, and the
+/// panel blends as egui means it.
 fn choose_format(shared: &Shared, surface: &Surface) -> Result<vk::SurfaceFormatKHR> {
     // SAFETY: surface and device live, and belong to the same instance.
     let formats =
@@ -375,7 +380,8 @@ fn best_format(offered: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR>
         .find(|wanted| offered.contains(wanted))
 }
 
-/// The surface's own size; where it has none (Wayland), the wanted one within its limits. None: there is no area.
+/// The surface's own size; where it has none (Wayland), the wanted one within its limits. None: there is no
+/// area.
 fn choose_extent(caps: &vk::SurfaceCapabilitiesKHR, wanted: (u32, u32)) -> Option<vk::Extent2D> {
     let own = caps.current_extent;
     let extent = if own.width == u32::MAX {

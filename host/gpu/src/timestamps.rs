@@ -1,4 +1,5 @@
-//! How long the device takes for each pass: two timestamps around it, read when the frame's fence has passed anyway.
+//! How long the device takes for each pass: two timestamps around it, read when the frame's fence has passed
+//! anyway.
 
 use std::sync::Arc;
 

@@ -50,7 +50,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Fetches a buffer's content, and waits. It must have been made with [`Memory::Device`] or [`Memory::Readback`].
+    /// Fetches a buffer's content, and waits. It must have been made with [`Memory::Device`] or
+    /// [`Memory::Readback`].
     pub fn read_buffer(&self, buffer: &Buffer) -> Result<Vec<u8>> {
         let size = buffer.size();
         let usage = vk::BufferUsageFlags::empty();
@@ -67,8 +68,9 @@ impl Gpu {
         landing.read()
     }
 
-    /// Fills an image's first layer with pixels (rows packed, in the image's format), makes the smaller levels from
-    /// it, and leaves it ready to be sampled. Needs TRANSFER_DST, and TRANSFER_SRC where there are several levels.
+    /// Fills an image's first layer with pixels (rows packed, in the image's format), makes the smaller
+    /// levels from it, and leaves it ready to be sampled. Needs TRANSFER_DST, and TRANSFER_SRC where there
+    /// are several levels.
     pub fn write_image(&self, image: &Image, pixels: &[u8]) -> Result<()> {
         let (width, height) = image.size();
         if pixels.len() as u64 != u64::from(width) * u64::from(height) * pixel_bytes(image)? {
@@ -83,7 +85,8 @@ impl Gpu {
         run_once(&self.shared, |commands| {
             use vk::ImageLayout as L;
             move_levels(device, commands, image, 0..image.mips(), L::UNDEFINED, L::TRANSFER_DST_OPTIMAL);
-            // SAFETY: the command buffer is being recorded; staging buffer and image live until the function returns.
+            // SAFETY: the command buffer is being recorded; staging buffer and image live until the function
+            // returns.
             unsafe {
                 device.cmd_copy_buffer_to_image(
                     commands,
@@ -132,8 +135,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Fills all levels and layers of an image: the largest level's layers one after the other, then the next level's; rows
-    /// packed, in the image's format. Leaves it ready to be sampled. Needs TRANSFER_DST.
+    /// Fills all levels and layers of an image: the largest level's layers one after the other, then the next
+    /// level's; rows packed, in the image's format. Leaves it ready to be sampled. Needs TRANSFER_DST.
     pub fn write_levels(&self, image: &Image, pixels: &[u8]) -> Result<()> {
         let (layers, texel) = (u64::from(image.layers()), pixel_bytes(image)?);
         let mut regions = Vec::new();
@@ -166,7 +169,8 @@ impl Gpu {
             use vk::ImageLayout as L;
             let all = 0..image.mips();
             move_levels(device, commands, image, all.clone(), L::UNDEFINED, L::TRANSFER_DST_OPTIMAL);
-            // SAFETY: the command buffer is being recorded; staging buffer and image live until the function returns.
+            // SAFETY: the command buffer is being recorded; staging buffer and image live until the function
+            // returns.
             unsafe {
                 device.cmd_copy_buffer_to_image(
                     commands,

@@ -1,5 +1,5 @@
-//! Copies of libraries under names that were never loaded: a file that is overwritten while it is mapped crashes the
-//! process, and the system's loader returns old code for an old name.
+//! Copies of libraries under names that were never loaded: a file that is overwritten while it is mapped
+//! crashes the process, and the system's loader returns old code for an old name.
 
 use std::{
     env, fs,
@@ -11,8 +11,8 @@ use tempfile::NamedTempFile;
 
 use super::{error::Refusal, image::Image, life::PASSED_OVER};
 
-/// Where copies are written, the best place first: in memory, because a disk that is busy holds a reload up for several
-/// steps, and in the folder of temporary files. Somebody who sets that knows best.
+/// Where copies are written, the best place first: in memory, because a disk that is busy holds a reload up
+/// for several steps, and in the folder of temporary files. Somebody who sets that knows best.
 pub fn folders() -> Vec<PathBuf> {
     const MEMORY: &str = "/dev/shm";
     let temporary = env::temp_dir();
@@ -34,8 +34,8 @@ fn runs_from(folder: &str) -> bool {
     })
 }
 
-/// Copies a library's file and opens the copy, which is removed then; in the first folder in which both work. The copy's
-/// loader passes over what stands at `tags`.
+/// Copies a library's file and opens the copy, which is removed then; in the first folder in which both work.
+/// The copy's loader passes over what stands at `tags`.
 pub(super) fn with_copy<T>(
     path: &Path,
     image: &Image<'_>,
@@ -52,7 +52,8 @@ pub(super) fn with_copy<T>(
             ))),
         };
         match opened {
-            // No room, or a rule against running what is there; a library that nobody can load fails in all folders.
+            // No room, or a rule against running what is there; a library that nobody can load fails in all
+            // folders.
             Err(refusal @ (Refusal::Machine(_) | Refusal::Load(_))) => refused = refusal,
             opened => return opened,
         }

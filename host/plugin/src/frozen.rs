@@ -1,4 +1,5 @@
-//! Numbers that plugins read and nobody writes any more: in pages of their own, which the processor lets nobody write to.
+//! Numbers that plugins read and nobody writes any more: in pages of their own, which the processor lets
+//! nobody write to.
 
 use std::ops::Deref;
 

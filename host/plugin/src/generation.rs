@@ -1,5 +1,5 @@
-//! The threads on which one loaded library's code runs: a control thread and workers, all joinable, never the program's
-//! main thread.
+//! The threads on which one loaded library's code runs: a control thread and workers, all joinable, never the
+//! program's main thread.
 
 use std::{
     any::Any,
@@ -50,8 +50,8 @@ enum Slot {
 
 struct Control {
     slot: Mutex<Slot>,
-    /// A task waits in the slot, or the end does: an idle control thread watches this for a short while before it sleeps, because
-    /// a sea that does not wait for a clock has its next call soon.
+    /// A task waits in the slot, or the end does: an idle control thread watches this for a short while
+    /// before it sleeps, because a sea that does not wait for a clock has its next call soon.
     asked: AtomicBool,
     changed: Condvar,
 }
@@ -97,7 +97,8 @@ impl Generation {
         &self.fate
     }
 
-    /// In what state all of its instances are since one of its calls ended in a fault. Its code is never called again.
+    /// In what state all of its instances are since one of its calls ended in a fault. Its code is never
+    /// called again.
     pub(crate) fn quarantine(&self) -> Option<&Health> {
         self.quarantine.get()
     }
@@ -116,8 +117,8 @@ impl Generation {
         thread::current().id() == self.control_id
     }
 
-    /// Runs `task` on the control thread and returns its result; calls from several threads take turns. A panic of
-    /// `task` (the host's own fault) goes on here.
+    /// Runs `task` on the control thread and returns its result; calls from several threads take turns. A
+    /// panic of `task` (the host's own fault) goes on here.
     pub fn run<R: Send>(&self, task: impl FnOnce() -> R + Send) -> R {
         if self.is_control() {
             return task();
@@ -130,19 +131,21 @@ impl Generation {
             }
         };
         let call: *mut (dyn FnMut() + '_) = &mut call;
-        // SAFETY: only the lifetime changes; this function does not return before the control thread is done with it.
+        // SAFETY: only the lifetime changes; this function does not return before the control thread is done
+        // with it.
         let call = Task(unsafe {
             std::mem::transmute::<*mut (dyn FnMut() + '_), *mut (dyn FnMut() + 'static)>(call)
         });
         if let Some(panic) = self.control.run(call) {
             panic::resume_unwind(panic);
         }
-        // SAFETY: the control thread called `call` once, to its end: else there was a panic. Its first call writes the result.
+        // SAFETY: the control thread called `call` once, to its end: else there was a panic. Its first call
+        // writes the result.
         unsafe { result.assume_init() }
     }
 
-    /// Runs a call into the library on the control thread, watched and guarded. A fault comes back as its message, and is
-    /// the last that the library did: it is not called again.
+    /// Runs a call into the library on the control thread, watched and guarded. A fault comes back as its
+    /// message, and is the last that the library did: it is not called again.
     pub(crate) fn enter<R: Send>(
         &self,
         plugin: &str,
@@ -152,8 +155,8 @@ impl Generation {
         self.enter_then(plugin, call, code, |result| result)
     }
 
-    /// As [`Generation::enter`]; when the call has returned, `then` looks at its result: the host's own code, on the control
-    /// thread, too, but neither watched nor guarded.
+    /// As [`Generation::enter`]; when the call has returned, `then` looks at its result: the host's own code,
+    /// on the control thread, too, but neither watched nor guarded.
     pub(crate) fn enter_then<R: Send, T: Send>(
         &self,
         plugin: &str,
@@ -185,14 +188,16 @@ impl Generation {
     fn condemn(&self, fault: &Fault, plugin: &str, call: &'static str) -> String {
         let message = fault.describe(plugin, call);
         self.fate.quarantine();
-        // A second fault cannot come before the first was noted: calls take turns, and this one's caller waits.
+        // A second fault cannot come before the first was noted: calls take turns, and this one's caller
+        // waits.
         let _ = self.quarantine.set(Health::Faulty(message.clone()));
         message
     }
 }
 
 impl Generation {
-    /// Runs `code` so often on the control thread, each time through a guard of its own, to measure what a guard costs.
+    /// Runs `code` so often on the control thread, each time through a guard of its own, to measure what a
+    /// guard costs.
     pub fn guarded_calls(&self, count: u32, code: impl Fn(u32) + Sync) {
         self.run(|| {
             for number in 0..count {
@@ -253,8 +258,9 @@ impl Control {
 }
 
 impl Generation {
-    /// Ends the threads and waits for them. Nothing may run on them afterwards. Threads of a quarantined generation are left
-    /// to sleep for ever: their end would run thread-local destructors of its library. Err: what one of these did.
+    /// Ends the threads and waits for them. Nothing may run on them afterwards. Threads of a quarantined
+    /// generation are left to sleep for ever: their end would run thread-local destructors of its library.
+    /// Err: what one of these did.
     fn join(&mut self) -> Result<(), Fault> {
         if self.fate.is_quarantined() {
             self.control_thread = None;
@@ -268,8 +274,8 @@ impl Generation {
         guard::join(&self.fate, threads)
     }
 
-    /// The library's end: its threads' (thread-local destructors would keep it mapped), then, on one more thread, watched and
-    /// guarded, `destructors`. Err, with the message: it must stay as it is.
+    /// The library's end: its threads' (thread-local destructors would keep it mapped), then, on one more
+    /// thread, watched and guarded, `destructors`. Err, with the message: it must stay as it is.
     pub(crate) fn end(
         &mut self,
         library: &str,
@@ -294,7 +300,8 @@ impl Generation {
                 }
             };
             let name = "reef-unload".to_owned();
-            // Where there is no room for a thread, nothing is run: what the library has to do at its end is left out.
+            // Where there is no room for a thread, nothing is run: what the library has to do at its end is
+            // left out.
             let Ok(thread) = thread::Builder::new().name(name).stack_size(STACK).spawn(work) else {
                 return Ok(());
             };

@@ -1,5 +1,5 @@
-//! A library's file without its debug information. That is most of a build, read by debuggers alone, and time in which
-//! somebody waits for the new code.
+//! A library's file without its debug information. That is most of a build, read by debuggers alone, and time
+//! in which somebody waits for the new code.
 
 use std::{
     borrow::Cow,
@@ -13,8 +13,8 @@ use object::{
     read::elf::{FileHeader, ProgramHeader, SectionHeader},
 };
 
-/// What is in a file, with holes where its debug information is. Two are equal when a program that loads them cannot tell
-/// them apart.
+/// What is in a file, with holes where its debug information is. Two are equal when a program that loads them
+/// cannot tell them apart.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image<'a> {
     length: u64,
@@ -47,8 +47,8 @@ impl<'a> Image<'a> {
 }
 
 impl Image<'static> {
-    /// Reads a file of this length: all of it where it is no library of this machine's kind, or a debugger looks on.
-    /// `Err` of the kind `UnexpectedEof`: it is shorter meanwhile.
+    /// Reads a file of this length: all of it where it is no library of this machine's kind, or a debugger
+    /// looks on. `Err` of the kind `UnexpectedEof`: it is shorter meanwhile.
     pub fn read(mut file: &File, length: u64) -> io::Result<Self> {
         let mut holes = if is_traced() { Vec::new() } else { debug_information(file).unwrap_or_default() };
         holes.retain(|hole| hole.end <= length);

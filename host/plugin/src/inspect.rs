@@ -1,5 +1,5 @@
-//! Reads a library's file without running any of it: is it a library of this machine, is it a plugin, does it speak this
-//! host's contract?
+//! Reads a library's file without running any of it: is it a library of this machine, is it a plugin, does it
+//! speak this host's contract?
 
 use std::{fs, path::Path};
 
@@ -148,7 +148,8 @@ fn own_machine() -> String {
     format!("{format:?} {architecture:?} ({} bits, {order})", usize::BITS)
 }
 
-/// May a library with this head run on a host of this contract? Ok(Some(…)): it may, and this is what to tell people.
+/// May a library with this head run on a host of this contract? Ok(Some(…)): it may, and this is what to tell
+/// people.
 pub fn judge(head: Head, host: Contract) -> Result<Option<String>, Refusal> {
     let (major, host_major) = (head.version >> 16, host.version >> 16);
     if major != host_major {

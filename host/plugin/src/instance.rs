@@ -1,5 +1,6 @@
-//! One instance of a plugin: made, stepped, reset, saved and loaded. Each call runs on the control thread of the plugin's
-//! generation. A failure stays with this instance: its last good outputs stand still, and the sea goes on.
+//! One instance of a plugin: made, stepped, reset, saved and loaded. Each call runs on the control thread of
+//! the plugin's generation. A failure stays with this instance: its last good outputs stand still, and the
+//! sea goes on.
 
 use std::{
     ffi::c_void,
@@ -120,8 +121,8 @@ impl Plugin {
         let status = generation
             .enter(id, "create", move || {
                 let Raw(out) = place;
-                // SAFETY: the descriptor's function with the arguments that the contract asks for; the table lives as long
-                // as the instance.
+                // SAFETY: the descriptor's function with the arguments that the contract asks for; the table
+                // lives as long as the instance.
                 unsafe { create(table(services_of), config.as_ptr().cast(), config.len() as u64, out) }
             })
             .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "create", message })?;
@@ -166,9 +167,9 @@ impl Raw {
     fn forget_beyond_its_size(&mut self) {
         let size = (self.0.size as usize).min(size_of::<abi::Instance>());
         let mut known = NO_INSTANCE;
-        // SAFETY: both are `repr(C)` values of the contract of at least that many bytes; a prefix of one with the rest of
-        // the other is a value again, since fields are whole words and `size` only ever cuts between or inside functions
-        // that are dropped below.
+        // SAFETY: both are `repr(C)` values of the contract of at least that many bytes; a prefix of one with
+        // the rest of the other is a value again, since fields are whole words and `size` only ever cuts
+        // between or inside functions that are dropped below.
         unsafe {
             let size = size & !7;
             std::ptr::copy_nonoverlapping(
@@ -239,11 +240,12 @@ impl Instance {
         self.times
     }
 
-    /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds what counts.
+    /// Steps once. Never fails as a whole: the report says what happened, and [`Instance::outputs`] holds
+    /// what counts.
     pub fn step(&mut self, input: &StepInput<'_>, events: &[abi::Event]) -> StepReport {
         self.step_with(input, events, |step, ctx, input, output| {
-            // SAFETY: the instance's function on its control thread; input and output live during the call, and nobody else
-            // uses the recorder meanwhile.
+            // SAFETY: the instance's function on its control thread; input and output live during the call,
+            // and nobody else uses the recorder meanwhile.
             unsafe { step(ctx, input, output) }
         })
     }
@@ -402,7 +404,8 @@ impl Instance {
                 ctx: sink,
                 write: Some(write),
             };
-            // SAFETY: the instance's function on its control thread; the writer and the sink live during the call.
+            // SAFETY: the instance's function on its control thread; the writer and the sink live during the
+            // call.
             raw.save_state.map(|save| unsafe { save(ctx, &writer) })
         })
         .map_err(|(_, error)| error)?;
@@ -441,7 +444,8 @@ impl Instance {
                 ctx: source,
                 read: Some(read),
             };
-            // SAFETY: the instance's function on its control thread; the reader and the source live during the call.
+            // SAFETY: the instance's function on its control thread; the reader and the source live during
+            // the call.
             raw.load_state.map(|load| unsafe { load(ctx, &reader) })
         });
         match result {
@@ -518,7 +522,8 @@ pub(super) struct Sink {
 pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
     guard::require_stack();
     let sink = ctx.cast::<Sink>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
+    // plugin's code, by the marker.
     if sink.is_null() || !sink.is_aligned() || unsafe { !(*sink).tag.is_set() } {
         guard::leave_foreign("write");
         return abi::BAD_INPUT;
@@ -555,7 +560,8 @@ pub(super) struct Source<'a> {
 
 pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
     let source = ctx.cast::<Source<'_>>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
+    // plugin's code, by the marker.
     if source.is_null() || !source.is_aligned() || unsafe { !(*source).tag.is_set() } {
         guard::leave_foreign("read");
         return 0;

@@ -1,19 +1,21 @@
-//! The host's side of the contract: finding, checking and loading libraries, calling them on threads of their own, and
-//! taking over what they emit.
+//! The host's side of the contract: finding, checking and loading libraries, calling them on threads of their
+//! own, and taking over what they emit.
 //!
-//! In the order in which things happen: [`inspect`] reads a file without running it, as an [`image`]; [`library`] opens
-//! one of its [`copies`] on the threads of its [`generation`] and runs what it has for its beginning and its end (`life`); [`info`] takes over what it says of itself; [`instance`] makes and steps instances,
-//! with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which [`streams::check`] has looked at, with the
-//! [`textures`] that an instance made;
-//! [`envelope`] wraps saved states. [`registry`] knows all plugins that were found, and all that were refused; [`probe`] tries
-//! builds that nobody knows in another process first.
+//! In the order in which things happen: [`inspect`] reads a file without running it, as an [`image`];
+//! [`library`] opens one of its [`copies`] on the threads of its [`generation`] and runs what it has for its
+//! beginning and its end (`life`); [`info`] takes over what it says of itself; [`instance`] makes and steps
+//! instances, with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which
+//! [`streams::check`] has looked at, with the [`textures`] that an instance made; [`envelope`] wraps saved
+//! states. [`registry`] knows all plugins that were found, and all that were refused; [`probe`] tries builds
+//! that nobody knows in another process first.
 //!
 //! Every call into a library, and every job, goes through a [`guard`].
 //!
 //! What only `reef plugin check` does to a plugin is in `bare`.
 //!
-//! `unsafe` lives in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`, `lent`, `frozen`, `life`,
-//! `probe`, `instance`, `bare` and the two functions of `recorder` that a plugin calls.
+//! `unsafe` lives in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
+//! `lent`, `frozen`, `life`, `probe`, `instance`, `bare` and the two functions of `recorder` that a plugin
+//! calls.
 
 #[cfg(target_os = "linux")]
 pub mod bare;

@@ -30,8 +30,8 @@ use super::{
 /// Most plugins in one library.
 const MOST_PLUGINS: u32 = 64;
 
-/// Addresses of the entries of all loaded generations, and whose they are (the name of the copy): the system's loader must
-/// not hand one out twice.
+/// Addresses of the entries of all loaded generations, and whose they are (the name of the copy): the
+/// system's loader must not hand one out twice.
 static ENTRIES: Mutex<Option<HashMap<usize, PathBuf>>> = Mutex::new(None);
 
 /// A library that is open. Closed when the last plugin and instance of it are gone.
@@ -51,8 +51,8 @@ pub struct Plugin {
     info: Arc<PluginInfo>,
 }
 
-// SAFETY: the descriptor's pointers lead to constants of the library, which is open as long as `library` lives; its
-// function is called on the generation's control thread only.
+// SAFETY: the descriptor's pointers lead to constants of the library, which is open as long as `library`
+// lives; its function is called on the generation's control thread only.
 unsafe impl Send for Plugin {}
 // SAFETY: as above.
 unsafe impl Sync for Plugin {}
@@ -109,20 +109,22 @@ struct Begun {
 /// Libraries that were closed and stayed in the process all the same.
 static PINNED: AtomicU64 = AtomicU64::new(0);
 
-/// How many closed libraries the system's loader kept: something of theirs (a thread-local on a thread of the host's
-/// own, a symbol that must be unique) still stands. Each costs its size in memory until the program ends.
+/// How many closed libraries the system's loader kept: something of theirs (a thread-local on a thread of the
+/// host's own, a symbol that must be unique) still stands. Each costs its size in memory until the program
+/// ends.
 pub fn pinned() -> u64 {
     PINNED.load(Ordering::Relaxed)
 }
 
 impl Library {
-    /// Loads a file on `workers` threads of its own. Nothing of it runs before it was found to be a plugin for this
-    /// host.
+    /// Loads a file on `workers` threads of its own. Nothing of it runs before it was found to be a plugin
+    /// for this host.
     pub fn load(path: &Path, workers: usize) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
         Self::load_image(path, &inspect::read(path)?, workers)
     }
 
-    /// The same for a file that was read before: what was looked at is what gets loaded, whatever happens to the file.
+    /// The same for a file that was read before: what was looked at is what gets loaded, whatever happens to
+    /// the file.
     pub fn load_image(
         path: &Path,
         image: &Image<'_>,
@@ -131,7 +133,8 @@ impl Library {
         Self::open_image(path, image, workers)?.describe()
     }
 
-    /// The same for a build that nobody has loaded yet, where a sea runs: another process's loader takes it first.
+    /// The same for a build that nobody has loaded yet, where a sea runs: another process's loader takes it
+    /// first.
     pub fn load_new_image(
         path: &Path,
         image: &Image<'_>,
@@ -171,7 +174,8 @@ impl Library {
         let mut open = Open { entry: Entry(NO_ENTRY), services, generation, loaded: Some(loaded) };
         open.claim_address()?;
         open.begin(&name, Begun { life, base })?;
-        // SAFETY: `inspect` found an exported entry of this contract at the symbol, which is as long as it says.
+        // SAFETY: `inspect` found an exported entry of this contract at the symbol, which is as long as it
+        // says.
         let entry = unsafe { read_entry(entry as *const abi::Entry) };
         let seen = Head { size: entry.size, version: entry.version, header_hash: entry.header_hash };
         if entry.magic != abi::MAGIC || seen != head {
@@ -232,13 +236,15 @@ impl Library {
             return Err(Refusal::BadDescriptor("its list of descriptors is NULL or misaligned".into()));
         }
         let contract = version_text(entry.version);
-        // What a pointer of a descriptor leads to is read as if it were the library's code: it may lead nowhere.
+        // What a pointer of a descriptor leads to is read as if it were the library's code: it may lead
+        // nowhere.
         let (source, list) = (self.path.clone(), List(list));
         let read = self.enter("descriptor", move || {
             let List(list) = { list };
             let mut described = Vec::new();
             for i in 0..count as usize {
-                // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as it says.
+                // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as
+                // it says.
                 let descriptor = unsafe { read_sized(*list.add(i)) }
                     .ok_or_else(|| format!("descriptor {i} is NULL or misaligned"))?;
                 // SAFETY: the descriptor's pointers are as the contract says.
@@ -266,7 +272,8 @@ impl Library {
         self.path.as_deref().map_or_else(|| "linked".to_owned(), file_name)
     }
 
-    /// Calls close() and unloads the library; Err: what its code did in place of returning. Instances must be gone.
+    /// Calls close() and unloads the library; Err: what its code did in place of returning. Instances must be
+    /// gone.
     pub fn close(mut self) -> Result<(), String> {
         self.close_open()
     }
@@ -360,7 +367,8 @@ impl Open {
     fn end(&mut self, file: &str, begun: Option<Begun>) -> Result<(), String> {
         let destructors = move || {
             if let Some(Begun { life, base }) = begun {
-                // SAFETY: the constructors ran; no instance is left, and no thread that ran the library's code.
+                // SAFETY: the constructors ran; no instance is left, and no thread that ran the library's
+                // code.
                 unsafe { life.end(base) };
             }
         };
@@ -420,7 +428,8 @@ impl Drop for Open {
 #[cfg(unix)]
 fn still_loaded(name: &Path) -> bool {
     use libloading::os::unix;
-    // SAFETY: with NOLOAD nothing is loaded, so nothing of the library runs; dropping the handle takes back what it counted.
+    // SAFETY: with NOLOAD nothing is loaded, so nothing of the library runs; dropping the handle takes back
+    // what it counted.
     unsafe { unix::Library::open(Some(name), unix::RTLD_NOW | libc::RTLD_NOLOAD) }.is_ok()
 }
 
@@ -451,11 +460,12 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Opens a file with the system's loader and finds where it is loaded (0: the loader does not say) and its entry. Runs the
-/// constructors of what the library needs.
+/// Opens a file with the system's loader and finds where it is loaded (0: the loader does not say) and its
+/// entry. Runs the constructors of what the library needs.
 fn open_file(path: &Path) -> Result<(libloading::Library, usize, usize), Refusal> {
     #[cfg(unix)]
-    // SAFETY: code runs: the library was found to be a plugin, and the person who placed it there trusts what it needs.
+    // SAFETY: code runs: the library was found to be a plugin, and the person who placed it there trusts what
+    // it needs.
     let (handle, base) = unsafe {
         use libloading::os::unix;
         let handle = unix::Library::open(Some(path), unix::RTLD_NOW | unix::RTLD_LOCAL)

@@ -1,5 +1,6 @@
-//! A library's own code at its beginning and its end: constructors and destructors. The system's loader would run them with its
-//! lock held, which no guard may leave; so the copy that is loaded does not tell it of them, and the host runs them itself.
+//! A library's own code at its beginning and its end: constructors and destructors. The system's loader would
+//! run them with its lock held, which no guard may leave; so the copy that is loaded does not tell it of
+//! them, and the host runs them itself.
 
 use object::{
     NativeEndian, elf,
@@ -86,12 +87,13 @@ impl Life {
     /// Runs the constructors, as the loader would have.
     ///
     /// # Safety
-    /// The library of which this was read is loaded at `base`, without its tags, and its constructors did not run.
+    /// The library of which this was read is loaded at `base`, without its tags, and its constructors did not
+    /// run.
     pub(super) unsafe fn begin(&self, base: usize) {
         let arguments: [*const u8; 1] = [std::ptr::null()];
         let run = |function: usize| {
-            // SAFETY: the caller's promise: a constructor of the library, which is called as the C library calls it. If the
-            // file lied, the guard around this takes the fault.
+            // SAFETY: the caller's promise: a constructor of the library, which is called as the C library
+            // calls it. If the file lied, the guard around this takes the fault.
             unsafe { std::mem::transmute::<usize, Init>(function)(0, arguments.as_ptr(), environment()) };
         };
         if self.init != 0 {
@@ -121,7 +123,8 @@ impl Life {
 /// The functions of a list, but for places that are empty.
 ///
 /// # Safety
-/// The list is in the library that is loaded at `base`. If the file lied, reading it is a fault, within the guard.
+/// The list is in the library that is loaded at `base`. If the file lied, reading it is a fault, within the
+/// guard.
 unsafe fn functions(base: usize, (start, bytes): (u64, u64)) -> impl DoubleEndedIterator<Item = usize> {
     let list = base.wrapping_add(start as usize) as *const usize;
     let count = bytes as usize / size_of::<usize>();
@@ -141,7 +144,8 @@ pub(super) unsafe fn base(handle: *mut libc::c_void) -> Option<usize> {
         base: usize,
     }
     let mut map: *const LinkMap = std::ptr::null();
-    // SAFETY: the caller's promise; the answer is a pointer to the loader's own description, which lives as long as the handle.
+    // SAFETY: the caller's promise; the answer is a pointer to the loader's own description, which lives as
+    // long as the handle.
     unsafe {
         let asked = libc::dlinfo(handle, libc::RTLD_DI_LINKMAP, (&raw mut map).cast());
         (asked == 0 && !map.is_null()).then(|| (*map).base)

@@ -1,5 +1,5 @@
-//! Where a thread is: in the host, in a plugin's code, or in a host service that a plugin called. Whose fault a crash is
-//! follows from this, not from the program counter (which is in libc for a bad memcpy).
+//! Where a thread is: in the host, in a plugin's code, or in a host service that a plugin called. Whose fault
+//! a crash is follows from this, not from the program counter (which is in libc for a bad memcpy).
 
 use std::{
     cell::UnsafeCell,
@@ -44,8 +44,8 @@ impl Place {
 /// No job runs on this thread.
 const NO_JOB: u32 = u32::MAX;
 
-/// What is known of one thread. Plain words, without initialiser or destructor, which this thread alone reads and writes:
-/// signal handlers on it see what stands before the last fence.
+/// What is known of one thread. Plain words, without initialiser or destructor, which this thread alone reads
+/// and writes: signal handlers on it see what stands before the last fence.
 #[derive(Clone, Copy, Debug)]
 struct Here {
     place: u64,

@@ -1,5 +1,5 @@
-//! A generation's workers: `parallel_for` in about two microseconds. Idle workers watch for new work for a short while,
-//! then sleep; the caller works along, so a worker that wakes late costs nothing.
+//! A generation's workers: `parallel_for` in about two microseconds. Idle workers watch for new work for a
+//! short while, then sleep; the caller works along, so a worker that wakes late costs nothing.
 
 use std::{
     ffi::c_void,
@@ -39,12 +39,13 @@ pub(crate) struct Pool {
 #[derive(Debug)]
 struct Shared {
     fate: Arc<Fate>,
-    /// Which jobs nobody has taken. A successful exchange that takes one is the right to run that job of just that loop, which
-    /// cannot end before that job did.
+    /// Which jobs nobody has taken. A successful exchange that takes one is the right to run that job of just
+    /// that loop, which cannot end before that job did.
     claim: AtomicU64,
     /// Jobs of the present loop that are not done.
     pending: AtomicU32,
-    /// The present loop: what the jobs' numbers begin with. Written before `claim`, read after a successful exchange on it.
+    /// The present loop: what the jobs' numbers begin with. Written before `claim`, read after a successful
+    /// exchange on it.
     first: AtomicU32,
     job: AtomicPtr<c_void>,
     user: AtomicPtr<c_void>,
@@ -82,8 +83,8 @@ impl Claim {
         self.begin >= self.end
     }
 
-    /// Takes a job: every second worker from the end. So two workers get about the same jobs in each step, and each finds what
-    /// it wrote in the step before in its own caches.
+    /// Takes a job: every second worker from the end. So two workers get about the same jobs in each step,
+    /// and each finds what it wrote in the step before in its own caches.
     fn take(&mut self, worker: u32) -> Option<u16> {
         if self.is_empty() {
             return None;
@@ -141,12 +142,12 @@ impl Pool {
         self.workers
     }
 
-    /// Calls `job(user, i, worker)` for each `i` below `count`; returns when all are done. A job that ends in a fault lets
-    /// those that began end, skips the others, and comes back.
+    /// Calls `job(user, i, worker)` for each `i` below `count`; returns when all are done. A job that ends in
+    /// a fault lets those that began end, skips the others, and comes back.
     ///
     /// # Safety
-    /// `job` may be called with `user` from several threads at once. Only one thread (the generation's control thread)
-    /// calls this, and no job does: nested loops run inline, see `services`.
+    /// `job` may be called with `user` from several threads at once. Only one thread (the generation's
+    /// control thread) calls this, and no job does: nested loops run inline, see `services`.
     pub(crate) unsafe fn run(&self, count: u32, job: JobFn, user: *mut c_void) -> Option<Fault> {
         let shared = &*self.shared;
         if count <= 1 || self.workers == 1 {
@@ -183,14 +184,16 @@ unsafe extern "C" fn host_job(user: *mut c_void, index: u32, _: u32) {
 }
 
 impl Pool {
-    /// Shares work of the host's own: calls `job` for each number below `count`, in any order, and returns when all are
-    /// done. For the control thread, between a plugin's calls. What goes wrong in a job is the host's fault.
+    /// Shares work of the host's own: calls `job` for each number below `count`, in any order, and returns
+    /// when all are done. For the control thread, between a plugin's calls. What goes wrong in a job is the
+    /// host's fault.
     pub(crate) fn share(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
         let work = HostWork { generation: self.shared.fate.generation(), job };
         if self.workers > 1
             && let Ok(count) = u32::try_from(count)
         {
-            // SAFETY: `host_job` is made for that work, which outlives the loop; the control thread calls this, in no job.
+            // SAFETY: `host_job` is made for that work, which outlives the loop; the control thread calls
+            // this, in no job.
             let fault = unsafe { self.run(count, host_job, (&raw const work).cast_mut().cast()) };
             if fault.is_none() {
                 return;
@@ -201,8 +204,8 @@ impl Pool {
 }
 
 impl Pool {
-    /// Lets the threads end, and hands them over. No loop may be started afterwards. Threads of a quarantined generation are
-    /// left to sleep for ever: their end would run thread-local destructors of its library.
+    /// Lets the threads end, and hands them over. No loop may be started afterwards. Threads of a quarantined
+    /// generation are left to sleep for ever: their end would run thread-local destructors of its library.
     pub(crate) fn dismiss(&self) -> Vec<JoinHandle<()>> {
         if self.shared.fate.is_quarantined() {
             return Vec::new();
@@ -290,8 +293,8 @@ impl Shared {
                     let index = self.first.load(Ordering::Relaxed) + u32::from(taken);
                     let job = self.job.load(Ordering::Relaxed);
                     let user = self.user.load(Ordering::Relaxed);
-                    // SAFETY: `run_part` stored a JobFn there before it published the claim that we took; the loop does not
-                    // end before `pending` falls to 0, which needs us.
+                    // SAFETY: `run_part` stored a JobFn there before it published the claim that we took; the
+                    // loop does not end before `pending` falls to 0, which needs us.
                     unsafe {
                         let job = std::mem::transmute::<*mut c_void, JobFn>(job);
                         self.call(job, user, index, worker);

@@ -1,5 +1,5 @@
-//! `reef_output`: takes a step's elements into memory of the host. Two sets of outputs take turns (more while the renderer
-//! holds on to older ones), so that after the first steps nothing is allocated.
+//! `reef_output`: takes a step's elements into memory of the host. Two sets of outputs take turns (more while
+//! the renderer holds on to older ones), so that after the first steps nothing is allocated.
 
 use std::{
     ffi::c_void,
@@ -106,7 +106,8 @@ impl Recorder {
         self.message = None;
         self.refused = None;
         if self.staging.as_mut().and_then(Arc::get_mut).is_none() {
-            // The newest that nobody holds: its memory is nearest. Only now are those of the step before the last free.
+            // The newest that nobody holds: its memory is nearest. Only now are those of the step before the
+            // last free.
             let free = self.spare.iter_mut().rposition(|outputs| Arc::get_mut(outputs).is_some());
             self.staging = Some(free.map(|free| self.spare.remove(free)).unwrap_or_default());
         }
@@ -137,8 +138,9 @@ impl Recorder {
         self.message.take()
     }
 
-    /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the current outputs.
-    /// `made`: what the instance has now. `share`: who helps to check. On an error the outputs stay as they were.
+    /// The step returned REEF_OK: cuts the streams to what was committed, checks all, and makes it the
+    /// current outputs. `made`: what the instance has now. `share`: who helps to check. On an error the
+    /// outputs stay as they were.
     pub(crate) fn finish(
         &mut self,
         flags: u32,
@@ -174,7 +176,8 @@ impl Recorder {
     }
 
     fn refuse(&mut self, status: i32, message: String) -> i32 {
-        // A stream that this host does not take may be left out; everything else is a fault that no status can hide.
+        // A stream that this host does not take may be left out; everything else is a fault that no status
+        // can hide.
         if self.message.is_none() {
             self.message = Some(message.clone());
         }
@@ -257,7 +260,8 @@ unsafe fn recorder<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a mu
         return None; // A job, or a thread of the plugin's own: others may be in here.
     }
     let recorder = ctx.cast::<Recorder>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
+    // plugin's code, by the marker.
     if !recorder.is_aligned() || recorder.is_null() || unsafe { !(*recorder).tag.is_set() } {
         guard::leave_foreign(service);
         return None;

@@ -80,9 +80,10 @@ impl Registry {
         Self::default()
     }
 
-    /// Finds what lies in `folders` (in this order, by name within each), then what lies beside the program. The first
-    /// library with an id wins; others are refused. Libraries beside the program that are no plugins are passed over. Where
-    /// builds are tried by another process, only plugins that somebody asks for are loaded here.
+    /// Finds what lies in `folders` (in this order, by name within each), then what lies beside the program.
+    /// The first library with an id wins; others are refused. Libraries beside the program that are no
+    /// plugins are passed over. Where builds are tried by another process, only plugins that somebody asks
+    /// for are loaded here.
     pub fn find(folders: &[PathBuf], workers: usize) -> Self {
         Self::new().search(folders, workers)
     }
@@ -103,7 +104,8 @@ impl Registry {
         self
     }
 
-    /// Finds all libraries in a folder. `asked_for`: somebody named this folder, so all refusals are worth a word.
+    /// Finds all libraries in a folder. `asked_for`: somebody named this folder, so all refusals are worth a
+    /// word.
     pub fn load_folder(&mut self, folder: &Path, workers: usize, asked_for: bool) {
         let entries = match fs::read_dir(folder) {
             Ok(entries) => entries,
@@ -124,8 +126,8 @@ impl Registry {
             }
             match self.meet(&path, workers) {
                 Ok(()) => {}
-                // Nobody asked for what lies beside the program: other libraries, and older copies of a plugin that a
-                // named folder replaces, are no mistake.
+                // Nobody asked for what lies beside the program: other libraries, and older copies of a
+                // plugin that a named folder replaces, are no mistake.
                 Err(Refusal::NoEntry) if !asked_for => {}
                 Err(reason @ Refusal::Duplicate { .. }) if !asked_for => {
                     self.notes.push((path, reason.to_string()));
@@ -211,8 +213,8 @@ impl Registry {
         result
     }
 
-    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new. Returns the
-    /// former ones: whoever drops the last of a library waits until it is closed.
+    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new.
+    /// Returns the former ones: whoever drops the last of a library waits until it is closed.
     pub fn replace(&mut self, plugins: &[Plugin]) -> Vec<Plugin> {
         self.absorb();
         let mut former = Vec::new();
@@ -276,8 +278,8 @@ impl Registry {
     }
 }
 
-/// Cargo does not always renew a dynamic library beside the program: the newer one then lies in `deps`, under the same
-/// name.
+/// Cargo does not always renew a dynamic library beside the program: the newer one then lies in `deps`, under
+/// the same name.
 fn newer_build(path: &Path) -> Option<PathBuf> {
     let newer = path.parent()?.join("deps").join(path.file_name()?);
     let time = |path: &Path| fs::metadata(path).and_then(|metadata| metadata.modified()).ok();

@@ -1,4 +1,5 @@
-//! Memory that a plugin borrows for one step. After the first steps it is one block, and nothing is allocated.
+//! Memory that a plugin borrows for one step. After the first steps it is one block, and nothing is
+//! allocated.
 
 use std::{
     alloc::{self, Layout},
@@ -88,7 +89,8 @@ impl Scratch {
         }
     }
 
-    /// `bytes` at a multiple of `align` (a power of two up to [`MAX_ALIGN`]); None: above [`LIMIT`], or no memory.
+    /// `bytes` at a multiple of `align` (a power of two up to [`MAX_ALIGN`]); None: above [`LIMIT`], or no
+    /// memory.
     pub(crate) fn take(&mut self, bytes: u64, align: u64) -> Option<NonNull<u8>> {
         if bytes > LIMIT || !align.is_power_of_two() || align > MAX_ALIGN {
             return None;

@@ -1,5 +1,5 @@
-//! What the host lends to a plugin's code: the functions of `reef_host`, one table an instance, so that messages and
-//! memory know whose they are. Every argument is checked before use.
+//! What the host lends to a plugin's code: the functions of `reef_host`, one table an instance, so that
+//! messages and memory know whose they are. Every argument is checked before use.
 
 use std::{
     ffi::{c_char, c_void},
@@ -32,7 +32,8 @@ const LONGEST_TEXT: u64 = 1 << 14;
 /// Most bytes of a texture's name that are read.
 const LONGEST_NAME: usize = 1 << 10;
 
-/// Most lines that one instance may write to the log: one that writes in every step must not drown the others.
+/// Most lines that one instance may write to the log: one that writes in every step must not drown the
+/// others.
 const MOST_LINES: u64 = 1000;
 
 /// Most figures of one instance, and most bytes of a figure's name.
@@ -81,7 +82,8 @@ struct SteppedField {
     field: Field,
 }
 
-// SAFETY: what the pointers in `table` and `flow` lead to is shared and guarded by the locks and atomics beside them.
+// SAFETY: what the pointers in `table` and `flow` lead to is shared and guarded by the locks and atomics
+// beside them.
 unsafe impl Send for Services {}
 // SAFETY: as above.
 unsafe impl Sync for Services {}
@@ -295,8 +297,9 @@ impl Services {
         let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
         let mut packed = packed.lock().unwrap_or_else(PoisonError::into_inner);
         packed.fill(stepped.field.flows(), query.origin, query.owner);
-        // SAFETY: six arrays of `count` elements, as the contract says; they are the caller's and live during the call.
-        // The outputs are checked to be non-NULL and aligned; that they do not overlap is the contract's word.
+        // SAFETY: six arrays of `count` elements, as the contract says; they are the caller's and live during
+        // the call. The outputs are checked to be non-NULL and aligned; that they do not overlap is the
+        // contract's word.
         let (points, out) = unsafe {
             let [x, y, z] = inputs.map(|p| slice::from_raw_parts(p, count));
             let [vx, vy, vz] = outputs.map(|p| slice::from_raw_parts_mut(p, count));
@@ -310,8 +313,8 @@ impl Services {
         let mut stepped = self.field.write().unwrap_or_else(PoisonError::into_inner);
         if !stepped.ready {
             let (flow, count) = (self.flow.load(Ordering::Relaxed), self.flow_count.load(Ordering::Relaxed));
-            // SAFETY: `begin_step` took both from one slice, which lives until `end_step`; a slice's pointer is never
-            // NULL, and the empty case does not read it.
+            // SAFETY: `begin_step` took both from one slice, which lives until `end_step`; a slice's pointer
+            // is never NULL, and the empty case does not read it.
             let flow = if count == 0 { &[] } else { unsafe { slice::from_raw_parts(flow, count) } };
             stepped.field.refill(flow);
             stepped.ready = true;
@@ -330,13 +333,15 @@ fn list<T: Retained>(store: &Mutex<Store<T>>) -> retained::List<T> {
 /// The services behind a context; None for NULL.
 ///
 /// # Safety
-/// `ctx` is whatever a plugin passed; where it is the context that [`Services::new`] made, its value is alive.
+/// `ctx` is whatever a plugin passed; where it is the context that [`Services::new`] made, its value is
+/// alive.
 unsafe fn services<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a Services> {
     let services = ctx.cast_const().cast::<Services>();
     if services.is_null() {
         return None;
     }
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the plugin's code, by the marker.
+    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
+    // plugin's code, by the marker.
     if !services.is_aligned() || unsafe { !(*services).tag.is_set() } {
         guard::leave_foreign(service);
         return None;
@@ -440,8 +445,8 @@ unsafe extern "C" fn parallel_for(ctx: *mut c_void, count: u32, job: abi::Job, u
         return abi::OK;
     }
     let fault = marker::in_service(services.fate.generation(), || {
-        // SAFETY: the plugin says that `job` may be called with `user` from several threads; no job runs on this thread of
-        // ours, so it is the control thread.
+        // SAFETY: the plugin says that `job` may be called with `user` from several threads; no job runs on
+        // this thread of ours, so it is the control thread.
         unsafe { services.pool.run(count, job, user) }
     });
     match fault {

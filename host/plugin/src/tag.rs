@@ -1,5 +1,5 @@
-//! The mark of a context that the host handed out. A plugin that calls a service with something else is at fault, and does not get
-//! as far as the host's memory.
+//! The mark of a context that the host handed out. A plugin that calls a service with something else is at
+//! fault, and does not get as far as the host's memory.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

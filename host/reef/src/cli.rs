@@ -53,8 +53,9 @@ enum Command {
     Shaders(headless::shaders::Args),
 }
 
-/// How long plugins may take in this command: where people wait for pictures, a step that is late is a fault; a run that
-/// writes files has no hurry. The checker of plugins holds them to the window's limits, whatever was said.
+/// How long plugins may take in this command: where people wait for pictures, a step that is late is a fault;
+/// a run that writes files has no hurry. The checker of plugins holds them to the window's limits, whatever
+/// was said.
 fn limits(command: Option<&Command>, patience: Option<Duration>) -> Option<Limits> {
     let limits = match command {
         Some(Command::Plugin(_)) => return None,

@@ -19,7 +19,8 @@ use super::{
 };
 use crate::Studio;
 
-/// At 2 m the picture has this many pixels a metre: half its height over the tangent of half a radian, over 2 m.
+/// At 2 m the picture has this many pixels a metre: half its height over the tangent of half a radian, over 2
+/// m.
 const PIXELS: f64 = 180.0 / 0.546_302_489_843_790_5 / 2.0;
 
 /// A diagram with a black ground, seen from 2 m.
@@ -191,8 +192,8 @@ fn the_ground_hides_what_lies_under_it_and_softens_what_touches_it() {
     let whole = shoot("cloud-above", vec![cloud(-3.7)]);
     let half = shoot("cloud-touching", vec![cloud(-4.0)]);
     assert!(whole != nothing && half != nothing);
-    // Where a hard edge would cut through the cloud there is none: rows differ from the picture without it by little more
-    // than their neighbours do.
+    // Where a hard edge would cut through the cloud there is none: rows differ from the picture without it by
+    // little more than their neighbours do.
     let change = |y: u32| {
         let row = |p: &Picture| {
             (0..SIZE.0).map(|x| i32::from(p.pixel(x, y).expect("inside")[0])).collect::<Vec<_>>()

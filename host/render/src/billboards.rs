@@ -1,7 +1,8 @@
-//! Sprites: suspended particles, local fog. Drawn after everything that is solid, from far to near, soft where they meet it.
+//! Sprites: suspended particles, local fog. Drawn after everything that is solid, from far to near, soft
+//! where they meet it.
 //!
-//! [`crate::sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points, `sprite.vert` and
-//! `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
+//! [`crate::sprites`] says which are seen. `speck.vert` and `speck.frag` draw the small ones as points,
+//! `sprite.vert` and `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -21,8 +22,8 @@ use super::{
 
 /// Least diameter of a sprite in the picture [px].
 const LEAST: f32 = 1.5;
-/// Up to this diameter a sprite is a point [px]: greater ones would be missed at the picture's edge, where points go as soon
-/// as their middle does.
+/// Up to this diameter a sprite is a point [px]: greater ones would be missed at the picture's edge, where
+/// points go as soon as their middle does.
 const SPECK: f32 = 5.0;
 /// The indices of so many quads are made at first.
 const QUADS: usize = 1024;
@@ -78,8 +79,8 @@ impl Billboards {
         &self.seen
     }
 
-    /// The pass. `sea`: the newer step; `back`: how long before its end the picture is taken [s]; `samples`: along each side of
-    /// a pixel.
+    /// The pass. `sea`: the newer step; `back`: how long before its end the picture is taken [s]; `samples`:
+    /// along each side of a pixel.
     pub fn draw(
         &mut self,
         frame: &mut Frame<'_>,
@@ -155,7 +156,8 @@ impl Billboards {
         })
     }
 
-    /// The indices of so many quads: vertices are shared, which costs a software rasteriser less than instances do.
+    /// The indices of so many quads: vertices are shared, which costs a software rasteriser less than
+    /// instances do.
     fn reserve(&mut self, quads: usize) -> Result<()> {
         if quads == 0 || self.indices.as_ref().is_some_and(|(room, _)| *room >= quads) {
             return Ok(());

@@ -18,7 +18,8 @@ pub const SUBDIVISIONS: [u32; 4] = [4, 3, 2, 1];
 pub struct RockVertex {
     /// Relative to the rock's position [m].
     pub position: [f32; 3],
-    /// Unit normal, and four times the height above the ground [m], each as a signed normalised 16-bit number.
+    /// Unit normal, and four times the height above the ground [m], each as a signed normalised 16-bit
+    /// number.
     pub normal_height: [i16; 4],
     /// Share of the sun's light that nothing keeps away, 0 to 1.
     pub sunlit: f32,
@@ -77,7 +78,8 @@ impl Ball {
     }
 }
 
-/// The vertices of rock `index` on the points of a ball. Normals come from the shape itself, so that all levels agree.
+/// The vertices of rock `index` on the points of a ball. Normals come from the shape itself, so that all
+/// levels agree.
 pub fn vertices(terrain: &Terrain, index: usize, sunlight: &Sunlight, ball: &Ball) -> Vec<RockVertex> {
     let rock = &terrain.rocks[index];
     let shape = Shape::new(rock);
@@ -133,15 +135,16 @@ impl<'a> Shape<'a> {
         Self { rock, bumps, cracks }
     }
 
-    /// Distance of the surface in the direction `p`, a unit vector in the rock's own axes, as a share of the half axes.
+    /// Distance of the surface in the direction `p`, a unit vector in the rock's own axes, as a share of the
+    /// half axes.
     pub fn radius(&self, p: Vec3) -> f32 {
         let bump = self.bumps.get_noise_3d(p.x, p.y, p.z);
         let crack = self.cracks.get_noise_3d(p.x, p.y, p.z);
         (0.84 + 0.26 * bump - 0.13 * crack.max(0.0)).clamp(0.55, 1.0)
     }
 
-    /// The surface in the direction `p`, relative to the rock's centre [m]. It stays within the half axes, which is where
-    /// the simulation keeps things out.
+    /// The surface in the direction `p`, relative to the rock's centre [m]. It stays within the half axes,
+    /// which is where the simulation keeps things out.
     pub fn at(&self, p: Vec3) -> Vec3 {
         let q = p * self.radius(p) * Vec3::from(self.rock.half_axes);
         let (sin, cos) = self.rock.yaw.sin_cos();

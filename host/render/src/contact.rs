@@ -1,5 +1,5 @@
-//! The contact map: how much of the water's light (r) and of the sun (g) reaches the ground beside what stands on it.
-//! It gives everything a skirt of shade, so that nothing seems to float.
+//! The contact map: how much of the water's light (r) and of the sun (g) reaches the ground beside what
+//! stands on it. It gives everything a skirt of shade, so that nothing seems to float.
 
 use glam::{DVec2, Vec2};
 use reef_streams::environment::{Environment, Rock};
@@ -76,8 +76,8 @@ impl ContactMap {
         Self { origin, extent, texels }
     }
 
-    /// What changes when the map has to be made anew: where things stand, to a centimetre. How they sway is left out: a
-    /// map a frame would cost more than all the rest of the picture.
+    /// What changes when the map has to be made anew: where things stand, to a centimetre. How they sway is
+    /// left out: a map a frame would cost more than all the rest of the picture.
     pub fn key(standers: &[Stander]) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut add = |v: i64| hash = (hash ^ v as u64).wrapping_mul(0x0000_0100_0000_01b3);

@@ -1,5 +1,5 @@
-//! The passes on a real device (lavapipe counts): the GPU's vertices against the CPU's twin, and what a picture must
-//! and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
+//! The passes on a real device (lavapipe counts): the GPU's vertices against the CPU's twin, and what a
+//! picture must and must not be. With REEF_TEST_PICTURES=DIR the pictures are kept for looking at.
 
 use std::sync::Arc;
 
@@ -83,8 +83,8 @@ pub(super) fn blackboard() -> Environment {
     Environment { terrain: None, plain_background: Some([0.0; 3]), ..sample::environment() }
 }
 
-/// Compares one fibre's vertices with its twin's. Positions: sine, cosine and square root on the device err by a few
-/// units in the last place of coordinates near 2; packed values by half a step of their format.
+/// Compares one fibre's vertices with its twin's. Positions: sine, cosine and square root on the device err
+/// by a few units in the last place of coordinates near 2; packed values by half a step of their format.
 fn assert_same(
     name: &str,
     expected: &Skinned,
@@ -227,8 +227,9 @@ fn low_quality_shows_the_same_sea_and_its_ribbons_the_same_tentacles() {
         keep(name, &shown);
         keep(&format!("{name}-tubes"), &tubes);
         keep(&format!("{name}-high"), &high);
-        // Means over blocks of 40 pixels: what a person sees from afar. Shafts that are left out, caustics of four waves
-        // instead of eight, and another sand move blocks of water and ground; ribbons stand for round tissue.
+        // Means over blocks of 40 pixels: what a person sees from afar. Shafts that are left out, caustics of
+        // four waves instead of eight, and another sand move blocks of water and ground; ribbons stand for
+        // round tissue.
         for (other, mean, most) in [(&high, 7.0, 45.0), (&tubes, 0.8, 12.0)] {
             let (seen_mean, seen_most) = block_difference(&shown, other);
             assert!(seen_mean < mean && seen_most < most, "{name}: {seen_mean} and {seen_most}");
@@ -292,8 +293,8 @@ fn a_materials_texture_lies_once_along_a_fibre_and_leaves_other_fibres_alone() {
     assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
-/// Greatest change of a pixel's light from one picture to the next, as a share of the greatest contrast, while a fibre so
-/// thick [px] goes sideways by an eighth of a pixel a picture.
+/// Greatest change of a pixel's light from one picture to the next, as a share of the greatest contrast,
+/// while a fibre so thick [px] goes sideways by an eighth of a pixel a picture.
 fn greatest_step(studio: &mut Studio, thick: f32, settings: &Settings) -> f32 {
     let environment = blackboard();
     let at = |x: f64| sample::looking_at(DVec3::new(x, 0.25, 2.0), DVec3::new(x, 0.25, 0.0));
@@ -350,7 +351,8 @@ fn what_is_about_as_thin_as_a_pixel_moves_without_a_step() {
         (1.5, Quality::High),
     ] {
         let step = greatest_step(&mut studio, thick, &Settings::of(quality));
-        // What is covered of a pixel changes by an eighth at most; the greatest part that is ever covered is its width.
+        // What is covered of a pixel changes by an eighth at most; the greatest part that is ever covered is
+        // its width.
         let most = 0.125 / thick.min(1.0);
         assert!(
             step < most + 0.15,

@@ -1,18 +1,19 @@
 //! The fibres: compute passes that blend, cull, choose detail and skin, and the draws.
 //!
-//! 1. `fibre_rings.comp`, one invocation a fibre: node chains of two steps → rings, or nothing where it is culled;
+//! 1. `fibre_rings.comp`, one invocation a fibre: node chains of two steps → rings, or nothing where it is
+//!    culled;
 //! 2. `fibre_scan.comp`, one work group: where each fibre's vertices and indices lie, in the fibres' order;
 //! 3. `fibre_skin.comp`, one work group a tube: vertices in clip space and triangles;
 //! 4. `fibre_ribbon.comp`, one invocation a lit ribbon: a strip of vertices with their light;
-//! 5. `fibre.vert` and `fibre.frag` (`fibre_textured.frag` where a material has a texture) draw the tubes, `fibre_ribbon.vert` and
-//!    `fibre_ribbon.frag` the lit ribbons.
+//! 5. `fibre.vert` and `fibre.frag` (`fibre_textured.frag` where a material has a texture) draw the tubes,
+//!    `fibre_ribbon.vert` and `fibre_ribbon.frag` the lit ribbons.
 //!
-//! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that nothing is
-//! shaded there, and last where they are so thin that their edges fade.
+//! Lit ribbons are low quality's: they are drawn before all else where they hide what is behind them, so that
+//! nothing is shaded there, and last where they are so thin that their edges fade.
 //!
-//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they cover three
-//! quarters or more, with depth, then, over all of these, the pixels of which they cover less, without. A fringe that wrote depth would
-//! cut a rim of background into what stands behind it.
+//! Tubes so thin that they are ribbons, and thin lit ribbons, are drawn twice: first the pixels of which they
+//! cover three quarters or more, with depth, then, over all of these, the pixels of which they cover less,
+//! without. A fringe that wrote depth would cut a rim of background into what stands behind it.
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 

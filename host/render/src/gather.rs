@@ -106,7 +106,8 @@ impl Gathered {
         self.materials.iter().any(|material| material.texture != 0)
     }
 
-    /// Puts layers in the place of the textures' ids, which only their instances know. `current`: the step that was gathered.
+    /// Puts layers in the place of the textures' ids, which only their instances know. `current`: the step
+    /// that was gathered.
     pub fn find_textures(&mut self, current: &Frame, catalogue: &Catalogue) {
         let whose = current.outputs.iter().flat_map(|outputs| outputs.materials.iter().map(move |_| outputs));
         for (material, outputs) in self.materials.iter_mut().zip(whose) {
@@ -118,7 +119,8 @@ impl Gathered {
     }
 }
 
-/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `channels`: bits of the debug lines to show.
+/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `channels`: bits of the debug lines to
+/// show.
 pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channels: u32) -> Gathered {
     let mut all = Gathered::default();
     for (i, now) in current.outputs.iter().enumerate() {
@@ -175,7 +177,8 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             let jumped = (fibre.flags | now.objects[fibre.object as usize].flags) & abi::FLAG_NO_BLEND != 0;
             !jumped && then.node_count == fibre.node_count
         });
-        // Without a partner the fibre stands where it is now: its nodes of the step before are never weighted.
+        // Without a partner the fibre stands where it is now: its nodes of the step before are never
+        // weighted.
         let (previous_node, previous_normal, blend) = match then {
             Some(then) => (previous_base + then.first_node, then.normal, alpha.clamp(0.0, 1.0)),
             None => (0, fibre.normal, 1.0),
@@ -195,7 +198,8 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             plain: u32::from(is_plain(fibre, now)),
         });
     }
-    // A fibre without a partner reads node 0 of the step before with weight 0: there has to be one long enough.
+    // A fibre without a partner reads node 0 of the step before with weight 0: there has to be one long
+    // enough.
     let longest = now.fibres.iter().map(|f| f.node_count as usize).max().unwrap_or(0);
     if all.previous_nodes.len() < longest {
         all.previous_nodes.resize(longest, abi::FibreNode::zeroed());
@@ -215,7 +219,8 @@ fn is_plain(fibre: &abi::Fibre, outputs: &Outputs) -> bool {
             .is_some_and(|m| m.pattern == abi::PATTERN_NONE && m.texture == 0 && m.base[3] >= 1.0)
 }
 
-/// Which objects and fibres of two steps are the same: objects by id, fibres by their order within the object.
+/// Which objects and fibres of two steps are the same: objects by id, fibres by their order within the
+/// object.
 enum Matches {
     /// The streams have the same shape: the usual case, and the fast one.
     Same,
@@ -271,8 +276,9 @@ impl Matches {
     }
 }
 
-/// What stands on the ground: the wide foot of each object that has one, else the spread of its fibres' roots. Only what
-/// does not move while a plant sways goes into it (roots and radii), so that it is the same in every step.
+/// What stands on the ground: the wide foot of each object that has one, else the spread of its fibres'
+/// roots. Only what does not move while a plant sways goes into it (roots and radii), so that it is the same
+/// in every step.
 pub fn standers(frame: &Frame) -> Vec<Stander> {
     let mut standers = Vec::new();
     for outputs in &frame.outputs {

@@ -1,6 +1,6 @@
-//! The textures of sprites and of fibres' materials as the shaders see them: one array of pictures of the same size with their smaller levels,
-//! because not every device may choose between pictures while it draws (lavapipe cannot). Layer 0 is a soft round dot; the
-//! others are what instances made, brought to that size.
+//! The textures of sprites and of fibres' materials as the shaders see them: one array of pictures of the
+//! same size with their smaller levels, because not every device may choose between pictures while it draws
+//! (lavapipe cannot). Layer 0 is a soft round dot; the others are what instances made, brought to that size.
 //!
 //! Texels hold linear light times coverage, so that blending them keeps no dark or bright fringe.
 
@@ -61,7 +61,8 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Nothing is brought to the device before the first picture with sprites, or with a fibre that has a texture.
+    /// Nothing is brought to the device before the first picture with sprites, or with a fibre that has a
+    /// texture.
     pub fn new(gpu: &Gpu) -> Result<Self> {
         let sampler = gpu.sampler(SamplerDesc { linear: true, repeat: false, anisotropic: false })?;
         Ok(Self {
@@ -74,8 +75,8 @@ impl Layers {
         })
     }
 
-    /// Makes the array hold what the instances of this step have. Where that changed, it is made anew: textures change
-    /// when instances begin, not while they run.
+    /// Makes the array hold what the instances of this step have. Where that changed, it is made anew:
+    /// textures change when instances begin, not while they run.
     pub fn update(&mut self, frame: &Frame) -> Result<()> {
         let mut wanted: Vec<&Arc<Texture>> = Vec::new();
         let mut same = true;
@@ -186,7 +187,8 @@ fn covered(texel: &[u8], srgb: bool) -> [f32; 4] {
     [light(texel[0]), light(texel[1]), light(texel[2]), alpha]
 }
 
-/// A picture of any size at the size of a layer: rows, then columns, each by a tent as wide as the coarser of both grids.
+/// A picture of any size at the size of a layer: rows, then columns, each by a tent as wide as the coarser of
+/// both grids.
 fn resampled(texels: &[[f32; 4]], width: usize, height: usize) -> Vec<[f32; 4]> {
     if (width, height) == (SIDE, SIDE) {
         return texels.to_vec();
@@ -196,8 +198,8 @@ fn resampled(texels: &[[f32; 4]], width: usize, height: usize) -> Vec<[f32; 4]> 
     along(&wide, height, SIDE, |y, x| x * height + y)
 }
 
-/// Resamples `lines` lines of `length` texels; `at(i, line)` says where a texel lies. The result holds, for each of the SIDE new
-/// places, one texel of every line, place after place.
+/// Resamples `lines` lines of `length` texels; `at(i, line)` says where a texel lies. The result holds, for
+/// each of the SIDE new places, one texel of every line, place after place.
 fn along(
     texels: &[[f32; 4]],
     length: usize,
@@ -285,7 +287,8 @@ mod tests {
         let at = |x: usize, y: usize| dot.0[0][y * SIDE + x][3];
         assert!(at(31, 31) > 0.99 && at(0, 31) < 0.01 && at(0, 0) == 0.0);
         assert_eq!(at(10, 31), at(31, 10));
-        // The integral of (1 - r²)² over the disc is pi / 3, of a square of 4; 64 texels a side err by less than their square.
+        // The integral of (1 - r²)² over the disc is pi / 3, of a square of 4; 64 texels a side err by less
+        // than their square.
         assert!((dot.mean()[3] - std::f32::consts::PI / 12.0).abs() < 1e-3);
     }
 }

@@ -1,4 +1,5 @@
-//! From two steps of the sea to a picture. [`Renderer::record`] is the order of a frame's passes, one file each:
+//! From two steps of the sea to a picture. [`Renderer::record`] is the order of a frame's passes, one file
+//! each:
 //!
 //! 1. `fibres` (compute): blend the steps, cull, choose detail, skin;
 //!    `meshes` (compute, draw): the same of meshes, and what of them is solid;
@@ -204,8 +205,8 @@ impl Renderer {
         self.lines.prepare(quality)
     }
 
-    /// Records all passes of a picture into `target` (a colour attachment of 8 bits a channel). Whatever `target` held
-    /// before is gone; the panel may be drawn over it afterwards.
+    /// Records all passes of a picture into `target` (a colour attachment of 8 bits a channel). Whatever
+    /// `target` held before is gone; the panel may be drawn over it afterwards.
     pub fn record(
         &mut self,
         frame: &mut gpu::Frame<'_>,

@@ -1,9 +1,9 @@
 //! Levels of detail of a fibre: how many rings and sides it gets for its size in the picture. The twin of
 //! `shaders/fibre.glsl` and of the choice in `shaders/fibre_rings.comp`.
 //!
-//! Two things are chosen by themselves: rings along the fibre by its length in pixels, sides of a ring by its radius in
-//! pixels. Toward a switch, pairs of rings (or sides) slide together until the finer level is the coarser one, so that
-//! nothing jumps. The last side level is a ribbon that faces the eye.
+//! Two things are chosen by themselves: rings along the fibre by its length in pixels, sides of a ring by its
+//! radius in pixels. Toward a switch, pairs of rings (or sides) slide together until the finer level is the
+//! coarser one, so that nothing jumps. The last side level is a ribbon that faces the eye.
 
 use super::quality::Quality;
 
@@ -26,8 +26,8 @@ pub const LIT_EDGE: f32 = 0.5;
 /// Where levels switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds {
-    /// A coarser ring level with n segments is chosen for fibres shorter than n² times this [px]: cut into n chords, a
-    /// fibre that bends by an angle a strays from its curve by a / 8n² of its length.
+    /// A coarser ring level with n segments is chosen for fibres shorter than n² times this [px]: cut into n
+    /// chords, a fibre that bends by an angle a strays from its curve by a / 8n² of its length.
     pub ring_step: f32,
     /// A coarser side level is chosen when its silhouette errs by less than this [px].
     pub side_error: f32,

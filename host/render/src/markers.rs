@@ -1,5 +1,6 @@
-//! What has no body of its own, drawn for people: singularities of the flow as balls (a source green, a hole red, a whirlwind
-//! yellow with its axis, whatever an object carries white), and rings where they end and around bounding spheres.
+//! What has no body of its own, drawn for people: singularities of the flow as balls (a source green, a hole
+//! red, a whirlwind yellow with its axis, whatever an object carries white), and rings where they end and
+//! around bounding spheres.
 //!
 //! Markers are made from a finished frame, for one picture: the sea knows nothing of them.
 
@@ -29,7 +30,8 @@ const VERTICES: u32 = 28 * 14 * 6;
 const SIDES: usize = 96;
 /// Least and greatest radius of a ball, as a share of its distance from the eye.
 const SIZES: [f32; 2] = [0.011, 0.03];
-/// Length of a whirlwind's axis to either side, and radius of the ring that shows its turn, in radii of its ball.
+/// Length of a whirlwind's axis to either side, and radius of the ring that shows its turn, in radii of its
+/// ball.
 const AXIS: f32 = 5.0;
 const TURN: f32 = 2.4;
 
@@ -139,8 +141,8 @@ impl Marked {
         }
     }
 
-    /// Bounding spheres: those that a singularity reaches in another colour, because there its field is evaluated. An object
-    /// does not feel what it emits itself.
+    /// Bounding spheres: those that a singularity reaches in another colour, because there its field is
+    /// evaluated. An object does not feel what it emits itself.
     fn bounds(&mut self, frame: &Frame, lens: &Lens) {
         for (module, outputs) in frame.outputs.iter().enumerate() {
             let mut has_body = vec![false; outputs.objects.len()];
@@ -164,7 +166,8 @@ impl Marked {
         }
     }
 
-    /// A sphere as its outline from the eye and its equator; `dashed` leaves every other piece out, and the equator.
+    /// A sphere as its outline from the eye and its equator; `dashed` leaves every other piece out, and the
+    /// equator.
     fn sphere(&mut self, center: Vec3, radius: f32, color: u32, dashed: bool) {
         let distance = center.length();
         if radius < distance {

@@ -1,5 +1,5 @@
-//! Pipelines by quality: what a quality leaves out is not compiled in, because a software rasteriser runs both sides of
-//! every branch.
+//! Pipelines by quality: what a quality leaves out is not compiled in, because a software rasteriser runs
+//! both sides of every branch.
 
 use ash::vk;
 use reef_gpu::{Gpu, GraphicsDesc, Pipeline, Result};

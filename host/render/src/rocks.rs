@@ -18,8 +18,8 @@ use super::{
     view::Lens,
 };
 
-/// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long, at low quality
-/// twice that.
+/// Radius [px] from which on each level of [`SUBDIVISIONS`] is drawn: its edges are then 8 to 16 px long, at
+/// low quality twice that.
 fn from_px(quality: Quality) -> [f32; 4] {
     let scale = if quality == Quality::Low { 2.0 } else { 1.0 };
     [120.0, 50.0, 18.0, 0.0].map(|px| px * scale)

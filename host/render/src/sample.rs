@@ -148,7 +148,8 @@ pub fn blade_material() -> abi::Material {
     }
 }
 
-/// An anemone made by hand: a wide foot with a disc, tentacles around it in a spiral, leaning outward and swaying.
+/// An anemone made by hand: a wide foot with a disc, tentacles around it in a spiral, leaning outward and
+/// swaying.
 pub fn anemone(outputs: &mut Outputs, id: u64, origin: [f64; 3], size: f32, materials: [u32; 2], sway: f32) {
     let object = outputs.objects.len() as u32;
     let push = |outputs: &mut Outputs, nodes: &[(Vec3, f32)], fibre: abi::Fibre| {
@@ -324,8 +325,8 @@ pub fn garden(environment: &Environment, sway: f32) -> Outputs {
     outputs
 }
 
-/// Specks that hang in a box (two corners [m]), of 0.3 to 1 times a size [m], all turned to the viewer; the same for the same
-/// count.
+/// Specks that hang in a box (two corners [m]), of 0.3 to 1 times a size [m], all turned to the viewer; the
+/// same for the same count.
 pub fn snow(count: usize, corners: [DVec3; 2], size: f32) -> Outputs {
     let [low, high] = corners;
     let mut outputs = Outputs::default();

@@ -1,5 +1,6 @@
-//! The sand of low quality: a tile of ripples, tones and crumbs that is made when a scene begins, so that a pixel of
-//! ground costs one texture. It is what `sand_at` of `shaders/ground.glsl` makes pixel by pixel, bent so that it tiles.
+//! The sand of low quality: a tile of ripples, tones and crumbs that is made when a scene begins, so that a
+//! pixel of ground costs one texture. It is what `sand_at` of `shaders/ground.glsl` makes pixel by pixel,
+//! bent so that it tiles.
 
 use std::f32::consts::TAU;
 
@@ -17,7 +18,8 @@ const STEEPEST: f32 = 1.28;
 /// Brightest factor that a texel holds, as in `shaders/terrain_low.frag`.
 const BRIGHTEST: f32 = 1.15;
 
-/// RGBA8, row after row along z: r from dark to light sand, g and b the slope along x and z around ½, a brightness.
+/// RGBA8, row after row along z: r from dark to light sand, g and b the slope along x and z around ½, a
+/// brightness.
 pub fn texels(ripples: &Ripples, noise: &[u8]) -> Vec<u8> {
     let sand = Sand::new(ripples, noise);
     let mut texels = Vec::with_capacity(SIZE * SIZE * 4);

@@ -1,5 +1,6 @@
-//! Shafts of sunlight: tall sprites along the refracted sun, added to the water before what they stand in front of. Where
-//! they stand is fixed in the world; how bright each is follows the long waves of the caustics, slowly.
+//! Shafts of sunlight: tall sprites along the refracted sun, added to the water before what they stand in
+//! front of. Where they stand is fixed in the world; how bright each is follows the long waves of the
+//! caustics, slowly.
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -17,7 +18,8 @@ use super::{
     water::Caustics,
 };
 
-/// Cells along a side of the square in which there are shafts, one a cell. Those near its edge have faded: about 16 are seen.
+/// Cells along a side of the square in which there are shafts, one a cell. Those near its edge have faded:
+/// about 16 are seen.
 const CELLS: i64 = 5;
 /// Side of a cell [m].
 const CELL: f64 = 2.1;

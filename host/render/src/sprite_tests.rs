@@ -32,7 +32,8 @@ fn seen(outputs: Outputs) -> Seen {
     seen
 }
 
-/// Corners of the square that holds a sprite however it is turned, on the picture; None: one lies behind the eye.
+/// Corners of the square that holds a sprite however it is turned, on the picture; None: one lies behind the
+/// eye.
 fn corners(place: Vec3, half: f32, lens: &Lens) -> Option<Vec<[f32; 2]>> {
     let turned = [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)];
     turned
@@ -115,7 +116,8 @@ fn threads_change_nothing() {
     assert!(alone.count() > 10_000 && shared.sprites == alone.sprites && shared.draws == alone.draws);
 }
 
-/// Whether something of a sprite is in the picture, however it is turned: it reaches through the view's four sides.
+/// Whether something of a sprite is in the picture, however it is turned: it reaches through the view's four
+/// sides.
 fn reaches_into_the_picture(place: Vec3, radius: f32, lens: &Lens) -> bool {
     let depth = place.dot(lens.forward);
     let inside = |across: f32, tangent: f32| {
@@ -128,7 +130,8 @@ fn reaches_into_the_picture(place: Vec3, radius: f32, lens: &Lens) -> bool {
 
 #[test]
 fn no_sprite_comes_or_goes_in_one_frame() {
-    // A cloud that the eye passes through, above, and beside, straight ahead or at an angle, with lenses of all kinds.
+    // A cloud that the eye passes through, above, and beside, straight ahead or at an angle, with lenses of
+    // all kinds.
     let catalogue = Catalogue::default();
     for (fov, aside, size) in [
         (30.0, 0.0, 2.0),

@@ -1,5 +1,5 @@
-//! Which faces of the rocks the sun reaches: worked out once, when a scene begins, for every vertex. Light that the waves focus
-//! lies nowhere else.
+//! Which faces of the rocks the sun reaches: worked out once, when a scene begins, for every vertex. Light
+//! that the waves focus lies nowhere else.
 
 use std::f32::consts::{PI, TAU};
 
@@ -13,11 +13,13 @@ const RINGS: usize = 32;
 const AROUND: usize = 64;
 /// Share of a rock's radius from one look at a ray to the next.
 const STEP: f32 = 0.06;
-/// A ray that goes this deep through a rock, as a share of its radius, has lost all light; it keeps all above [`FREE`].
+/// A ray that goes this deep through a rock, as a share of its radius, has lost all light; it keeps all above
+/// [`FREE`].
 const LOST: f32 = 0.08;
 /// See [`LOST`]: as much as the radii that are known stray from the rock's surface.
 const FREE: f32 = 0.025;
-/// Cosine between a face and the sun's direction from which on it gets all light: below, the bumps of its texture show.
+/// Cosine between a face and the sun's direction from which on it gets all light: below, the bumps of its
+/// texture show.
 const FACING: f32 = 0.3;
 
 /// A scene's rocks as they stand in each other's light.
@@ -62,7 +64,8 @@ pub struct Shade<'a> {
 }
 
 impl Shade<'_> {
-    /// Share of the sun's light at a place on the rock, relative to its origin [m], with the unit normal `normal`.
+    /// Share of the sun's light at a place on the rock, relative to its origin [m], with the unit normal
+    /// `normal`.
     pub fn at(&self, place: Vec3, normal: Vec3) -> f32 {
         let facing = (normal.dot(self.sun) / FACING).clamp(0.0, 1.0);
         if facing == 0.0 {

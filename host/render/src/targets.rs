@@ -21,8 +21,8 @@ pub struct Attachments {
 }
 
 impl Attachments {
-    /// Those for a picture of this size. `before` is used again where it fits. Low quality draws into `picture` itself
-    /// where that has the format and one sample a pixel.
+    /// Those for a picture of this size. `before` is used again where it fits. Low quality draws into
+    /// `picture` itself where that has the format and one sample a pixel.
     pub fn fit(
         before: Option<Self>,
         gpu: &Gpu,

@@ -39,7 +39,8 @@ fn eyes() -> Vec<DVec3> {
     eyes
 }
 
-/// The twin of `tile_vertex` in `shaders/tile.glsl`: where a vertex is drawn, in cells from the height near the eye.
+/// The twin of `tile_vertex` in `shaders/tile.glsl`: where a vertex is drawn, in cells from the height near
+/// the eye.
 struct Twin {
     origin: Vec2,
     base: [i32; 2],

@@ -1,5 +1,5 @@
-//! Which tiles of the sea bed are drawn, and how fine: a quadtree around the eye whose finest tiles have the height
-//! field's own cells.
+//! Which tiles of the sea bed are drawn, and how fine: a quadtree around the eye whose finest tiles have the
+//! height field's own cells.
 
 use glam::{DVec2, Vec3};
 use reef_streams::environment::Terrain;
@@ -16,8 +16,9 @@ pub fn quads(quality: Quality) -> u32 {
 /// Tiles of one picture at most.
 const MOST: usize = 1024;
 
-/// Distance up to which a level is drawn, in sides of its tiles, as in `shaders/tile.glsl`: so neighbours differ by one level
-/// at most. A tile of side s ends within (3 + 2 sqrt(2)) s of the eye, one that is two levels coarser begins at 6 s.
+/// Distance up to which a level is drawn, in sides of its tiles, as in `shaders/tile.glsl`: so neighbours
+/// differ by one level at most. A tile of side s ends within (3 + 2 sqrt(2)) s of the eye, one that is two
+/// levels coarser begins at 6 s.
 const SIDES: f64 = 3.0;
 /// Coarsest level.
 const LEVELS: u32 = 26;

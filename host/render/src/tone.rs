@@ -24,8 +24,8 @@ pub struct Finish {
 /// The pass that finishes a picture.
 pub struct Tone {
     gpu: Gpu,
-    /// One for each way of finishing that was met: branches on push constants would have lavapipe make the shader anew in
-    /// each frame.
+    /// One for each way of finishing that was met: branches on push constants would have lavapipe make the
+    /// shader anew in each frame.
     pipelines: Vec<(vk::Format, Constants, Pipeline)>,
     sampler: vk::Sampler,
 }

@@ -1,6 +1,6 @@
-//! The CPU's twin of the fibre passes (`shaders/fibre_rings.comp`, `fibre_scan.comp`, `fibre_skin.comp`, and the shape of
-//! `fibre_ribbon.comp`, whose light is compared with that of the tubes by pictures): tests compare
-//! what the GPU wrote with what stands here. Not used for pictures.
+//! The CPU's twin of the fibre passes (`shaders/fibre_rings.comp`, `fibre_scan.comp`, `fibre_skin.comp`, and
+//! the shape of `fibre_ribbon.comp`, whose light is compared with that of the tubes by pictures): tests
+//! compare what the GPU wrote with what stands here. Not used for pictures.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use reef_abi as abi;
@@ -75,8 +75,8 @@ impl Skinned {
 pub struct Strip {
     /// Somewhere thinner than [`THIN_RADIUS`].
     pub thin: bool,
-    /// Clip space and true over drawn width, 1 where nothing fades; left and right take turns, the first and the last
-    /// stand twice.
+    /// Clip space and true over drawn width, 1 where nothing fades; left and right take turns, the first and
+    /// the last stand twice.
     pub vertices: Vec<(Vec4, f32)>,
 }
 

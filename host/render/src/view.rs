@@ -9,7 +9,8 @@ use crate::water::{Caustics, SURFACE_WAVES, Surface, WAVES};
 /// Distance of the near plane [m].
 pub const NEAR: f32 = 0.02;
 
-/// The uniform block `View`, in the layout that std140 gives it. Positions are relative to the eye, axes are the world's.
+/// The uniform block `View`, in the layout that std140 gives it. Positions are relative to the eye, axes are
+/// the world's.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct View {
@@ -51,8 +52,9 @@ pub struct View {
     pub wave: [[f32; 4]; WAVES],
     /// Waves of the surface as it is seen: wave vector [rad/m], amplitude [m], phase at the eye [rad].
     pub surface: [[f32; 4]; SURFACE_WAVES],
-    /// Mean depth of the bed below the surface [m], very great without one; how far the eye is over the highest ground or
-    /// under the lowest [m]; column and row of the height nearest to the eye, which may lie outside of the field.
+    /// Mean depth of the bed below the surface [m], very great without one; how far the eye is over the
+    /// highest ground or under the lowest [m]; column and row of the height nearest to the eye, which may lie
+    /// outside of the field.
     pub bed: [f32; 4],
     /// How the caustic waves bend the surface, see [`Caustics::focus`].
     pub focus: [[f32; 4]; WAVES],
@@ -78,8 +80,8 @@ pub struct Lens {
 }
 
 impl Lens {
-    /// The lens of a pose and a picture's size. Degenerate sizes count as one pixel, so that a window of zero height
-    /// gives no infinities.
+    /// The lens of a pose and a picture's size. Degenerate sizes count as one pixel, so that a window of zero
+    /// height gives no infinities.
     pub fn new(pose: &CameraPose, size: [u32; 2], far: f32) -> Self {
         let size = size.map(|n| n.max(1));
         let vertical = (pose.fov_y.clamp(0.02, 3.0) * 0.5).tan();

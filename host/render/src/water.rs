@@ -1,11 +1,12 @@
-//! The water's waves on the CPU's side: which trains focus the sun on the ground and how bright that is on average, and which
-//! trains the surface is seen with from below.
+//! The water's waves on the CPU's side: which trains focus the sun on the ground and how bright that is on
+//! average, and which trains the surface is seen with from below.
 
 use glam::{DVec2, DVec3, Vec2};
 use reef_abi as abi;
 use reef_streams::environment::Environment;
 
-/// Wave trains that focus light, as many as the shaders know: first the long ones, then those that make the net of lines.
+/// Wave trains that focus light, as many as the shaders know: first the long ones, then those that make the
+/// net of lines.
 pub const WAVES: usize = 8;
 /// The long ones. At low quality they only bend the net.
 const LONG: usize = WAVES / 2;
@@ -15,16 +16,19 @@ const OWN_LONG: usize = LONG / 2;
 const LONG_REACH: f32 = 1.5;
 /// A k² of the weakest of the scene's own waves that counts [1/m]: at 10 m its crests are a tenth brighter.
 const LEAST_POWER: f64 = 0.04;
-/// Shortest of the scene's own waves that counts [m]: at low quality, vertices are a quarter of a metre apart.
+/// Shortest of the scene's own waves that counts [m]: at low quality, vertices are a quarter of a metre
+/// apart.
 const SHORTEST: f64 = 0.8;
 /// Gravity [m/s²].
 const GRAVITY: f64 = 9.81;
 
-/// A train of small waves: its length [m], its direction [rad], its focusing power A k² [1/m], its phase [rad].
+/// A train of small waves: its length [m], its direction [rad], its focusing power A k² [1/m], its phase
+/// [rad].
 type Ripple = (f64, f64, f64, f64);
 
-/// A breeze over the reef: lengths without a common measure. The first half makes the net: its trains cross at 43 to 50
-/// degrees, so that no way goes along all crests, and focus together at 2 to 5 m. The others bend it.
+/// A breeze over the reef: lengths without a common measure. The first half makes the net: its trains cross
+/// at 43 to 50 degrees, so that no way goes along all crests, and focus together at 2 to 5 m. The others bend
+/// it.
 const BREEZE: [Ripple; WAVES] = [
     (0.88, 0.35, 0.43, 0.0),
     (0.66, -1.26, 0.56, 2.1),
@@ -36,8 +40,9 @@ const BREEZE: [Ripple; WAVES] = [
     (1.55, -2.20, 0.22, 2.9),
 ];
 
-/// The breeze's waves go this much slower than such short waves do. At their true pace the lines of light that they focus
-/// sweep a dozen pixels from one picture to the next, sixty times a second: that reads as flicker, not as water.
+/// The breeze's waves go this much slower than such short waves do. At their true pace the lines of light
+/// that they focus sweep a dozen pixels from one picture to the next, sixty times a second: that reads as
+/// flicker, not as water.
 const BREEZE_PACE: f64 = 0.5;
 
 /// Trains of the visible surface that the shaders know.
@@ -103,8 +108,8 @@ impl Train {
     }
 }
 
-/// The trains that the surface is seen with: the steepest of the scene's own, and a breeze over them. A few of both come
-/// first, for those who take only some.
+/// The trains that the surface is seen with: the steepest of the scene's own, and a breeze over them. A few
+/// of both come first, for those who take only some.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     trains: Vec<Train>,
@@ -145,8 +150,8 @@ pub struct Caustics {
 }
 
 impl Caustics {
-    /// The scene's own waves that focus light most, where that can be seen within some ten metres, filled up with a breeze,
-    /// and a net of short waves over them.
+    /// The scene's own waves that focus light most, where that can be seen within some ten metres, filled up
+    /// with a breeze, and a net of short waves over them.
     pub fn new(environment: &Environment) -> Self {
         let counts = |train: &Train| train.power() > LEAST_POWER && train.length() > SHORTEST;
         let mut trains: Vec<Train> = environment.waves.iter().map(Train::own).filter(counts).collect();
@@ -177,8 +182,8 @@ impl Caustics {
         waves
     }
 
-    /// What each train adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m], with the sign
-    /// left out; its amplitude [m].
+    /// What each train adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m],
+    /// with the sign left out; its amplitude [m].
     pub fn focus(&self) -> [[f32; 4]; WAVES] {
         let mut focus = [[0.0; 4]; WAVES];
         for (out, train) in focus.iter_mut().zip(&self.trains) {
@@ -190,8 +195,8 @@ impl Caustics {
         focus
     }
 
-    /// Brightness of a shaft of light that enters the water at a place (x, z) [m], .3 to 1. A shaft is wider than the lines
-    /// that the waves focus, so it feels only how these wax and wane: over 2 to 4 s.
+    /// Brightness of a shaft of light that enters the water at a place (x, z) [m], .3 to 1. A shaft is wider
+    /// than the lines that the waves focus, so it feels only how these wax and wane: over 2 to 4 s.
     pub fn shaft(&self, place: DVec2, time: f64) -> f32 {
         let sum: f64 = self.trains[..LONG]
             .iter()
@@ -221,8 +226,8 @@ impl Caustics {
     }
 }
 
-/// The twin of `caustic_pattern` in `shaders/caustics.glsl` before its mean is taken out, and at low quality of
-/// `quick_caustics` in `shaders/ground_low.glsl`. `x`: where the straight ray entered the water.
+/// The twin of `caustic_pattern` in `shaders/caustics.glsl` before its mean is taken out, and at low quality
+/// of `quick_caustics` in `shaders/ground_low.glsl`. `x`: where the straight ray entered the water.
 pub fn raw_gain(waves: &[[f32; 4]; WAVES], high: bool, mut x: Vec2, depth: f32) -> f32 {
     let quarter = 0.25 * depth;
     let reach = quarter.min(1.0) + 0.25 * (quarter - 1.0).max(0.0);
@@ -289,7 +294,8 @@ mod tests {
                     let gains = field(&caustics, high, depth, 100, 0.39);
                     let shown = gains.iter().map(|g| 1.0 + (g - 1.0) * 0.8 * (-0.058 * depth).exp());
                     let mean = shown.clone().sum::<f32>() / gains.len() as f32;
-                    // 4096 and 10 000 samples of a field whose standard deviation is about 0.6: 3 sigma of their difference.
+                    // 4096 and 10 000 samples of a field whose standard deviation is about 0.6: 3 sigma of
+                    // their difference.
                     assert!((mean - 1.0).abs() < 0.04, "mean {mean} at {depth} m");
                     assert_eq!(caustics.mean(high)[i], caustics.sample_mean(high, depth));
                     let bright = shown.filter(|g| *g > 1.5).count() as f32 / gains.len() as f32;
@@ -307,7 +313,8 @@ mod tests {
             for (high, depth) in [(false, 2.5), (false, 4.7), (true, 2.5), (true, 4.7)] {
                 let gains = field(&caustics, high, depth, SIDE, 0.05);
                 let at = |x: usize, z: usize| gains[z * SIDE + x];
-                // Over all ways, how much brighter or darker it gets along each: streaks have one along which nothing changes.
+                // Over all ways, how much brighter or darker it gets along each: streaks have one along which
+                // nothing changes.
                 let mut tensor = [0.0_f64; 3];
                 for z in 0..SIDE - 1 {
                     for x in 0..SIDE - 1 {

@@ -1,5 +1,5 @@
-//! What the program says to people and to other programs: answers, errors, news, and why a command ended; and what it
-//! hears from those that it starts.
+//! What the program says to people and to other programs: answers, errors, news, and why a command ended; and
+//! what it hears from those that it starts.
 
 pub mod diagnostic;
 pub mod failure;

@@ -35,8 +35,8 @@ pub struct Line {
     pub text: String,
 }
 
-/// Begins to listen: warnings and errors go to standard error (the variable `REEF_LOG` asks for more or less, in
-/// `tracing`'s notation), Reef's own news to the panel. Later calls change nothing.
+/// Begins to listen: warnings and errors go to standard error (the variable `REEF_LOG` asks for more or less,
+/// in `tracing`'s notation), Reef's own news to the panel. Later calls change nothing.
 pub fn init() {
     let asked = std::env::var("REEF_LOG").ok().and_then(|targets| targets.parse::<Targets>().ok());
     let filter = asked.unwrap_or_else(|| {

@@ -1,8 +1,10 @@
-//! Texts of others — plugins, scenes, names of files — on their way to a terminal: what would steer it is written out.
+//! Texts of others — plugins, scenes, names of files — on their way to a terminal: what would steer it is
+//! written out.
 
 use std::fmt::{self, Display, Write};
 
-/// Shows a text without control characters: each is written as `\u001b`, which JSON reads as the same character.
+/// Shows a text without control characters: each is written as `\u001b`, which JSON reads as the same
+/// character.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<T>(pub T);
 
@@ -30,8 +32,8 @@ impl<W: Write> Write for Escaping<W> {
     }
 }
 
-/// Whether a terminal does something else with it than to show it: control characters but the ends of lines and tabs, and
-/// those that turn the direction of what follows.
+/// Whether a terminal does something else with it than to show it: control characters but the ends of lines
+/// and tabs, and those that turn the direction of what follows.
 fn steers(character: char) -> bool {
     match character {
         '\n' | '\t' => false,

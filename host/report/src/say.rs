@@ -20,8 +20,8 @@ static UNSAID: Mutex<Option<std::io::Error>> = Mutex::new(None);
 /// The reader of standard output went away.
 static IS_ALONE: AtomicBool = AtomicBool::new(false);
 
-/// One line on standard output, without the control characters of others. A reader that went away is no error: whoever
-/// wanted more would have stayed. Anything else (a full disk) is told by [`all_said`].
+/// One line on standard output, without the control characters of others. A reader that went away is no
+/// error: whoever wanted more would have stayed. Anything else (a full disk) is told by [`all_said`].
 pub fn say(line: impl std::fmt::Display) {
     match writeln!(std::io::stdout().lock(), "{}", Plain(line)) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
@@ -47,7 +47,8 @@ pub fn all_said() -> Outcome {
     }
 }
 
-/// A path in an answer that is JSON, which has no bytes but those of UTF-8: what is none is shown as a replacement character.
+/// A path in an answer that is JSON, which has no bytes but those of UTF-8: what is none is shown as a
+/// replacement character.
 pub fn shown(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }

@@ -1,5 +1,5 @@
-//! The sea itself: [`scene`] reads a file; [`step`] goes on from there, one fixed step after another; [`reload`] lets code and
-//! scene change meanwhile.
+//! The sea itself: [`scene`] reads a file; [`step`] goes on from there, one fixed step after another;
+//! [`reload`] lets code and scene change meanwhile.
 
 pub mod reload;
 pub mod scene;

@@ -1,4 +1,5 @@
-//! The sea as a whole, with a small plugin that is linked in: the same bytes whatever the workers, saves, loads and replays.
+//! The sea as a whole, with a small plugin that is linked in: the same bytes whatever the workers, saves,
+//! loads and replays.
 
 use std::{fs, path::PathBuf};
 

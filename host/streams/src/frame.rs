@@ -34,7 +34,7 @@ pub struct Frame {
     pub camera: CameraPose,
     /// What each instance emitted, in the scene's order of modules.
     pub outputs: Vec<Arc<Outputs>>,
-    /// The scene's flow primitives at that time, then what instances emitted, in the fixed order in which the next step
-    /// sees them.
+    /// The scene's flow primitives at that time, then what instances emitted, in the fixed order in which the
+    /// next step sees them.
     pub flow: Arc<Vec<reef_abi::Flow>>,
 }

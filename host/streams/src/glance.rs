@@ -1,9 +1,10 @@
-//! The first look at the streams that are long: whether all of it is sound, sixteen words of memory at a time and without a
-//! word to say.
+//! The first look at the streams that are long: whether all of it is sound, sixteen words of memory at a time
+//! and without a word to say.
 //!
-//! A rule allows a 32-bit word one range, once some of its bits are masked out. Indices, counts and flags are that by themselves; so
-//! are numbers, because the bits of a float grow with its size, and infinities and NaN lie above all others.
-//! A glance may doubt what is allowed (−0 where 0 is the least, the very bound of the world); it never passes what is not.
+//! A rule allows a 32-bit word one range, once some of its bits are masked out. Indices, counts and flags are
+//! that by themselves; so are numbers, because the bits of a float grow with its size, and infinities and NaN
+//! lie above all others. A glance may doubt what is allowed (−0 where 0 is the least, the very bound of the
+//! world); it never passes what is not.
 
 use reef_abi as abi;
 use reef_flow::{
@@ -74,7 +75,8 @@ impl Rule {
         Self { mask: words.map(|w| w.mask), least: words.map(|w| w.least), room: words.map(|w| w.room) }
     }
 
-    /// Whether all lines follow the rule. `more` looks at what no rule says: it gets each block of lines while that is near.
+    /// Whether all lines follow the rule. `more` looks at what no rule says: it gets each block of lines
+    /// while that is near.
     fn holds(&self, lines: &[Line], mut more: impl FnMut(&[Line]) -> bool) -> bool {
         dispatch!(Level::best(), simd => hold(simd, self, lines, &mut more))
     }
@@ -97,8 +99,8 @@ fn hold<S: Simd>(simd: S, rule: &Rule, lines: &[Line], more: &mut impl FnMut(&[L
     good.all_true() & rest
 }
 
-/// Whether all objects are sound but for what their ids have to do with each other, and whether the ids grow, the first one
-/// from `before`.
+/// Whether all objects are sound but for what their ids have to do with each other, and whether the ids grow,
+/// the first one from `before`.
 pub(crate) fn objects(objects: &[abi::Object], before: u64) -> (bool, bool) {
     let [any, world] = [Word::ANY, Word::WORLD];
     let rule = Rule::new([

@@ -1,7 +1,7 @@
-//! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything uses it.
-//! [`STREAMS`] is the table of streams that everything here follows.
-//! Beside it stands what sea and renderer share: the [`frame`] that a step left behind, the [`environment`] that a scene
-//! fixes, and the ids by which modules know one another's objects ([`identity`]).
+//! What one instance emitted in one step, owned by the host, and the [`check`] that it passes before anything
+//! uses it. [`STREAMS`] is the table of streams that everything here follows. Beside it stands what sea and
+//! renderer share: the [`frame`] that a step left behind, the [`environment`] that a scene fixes, and the ids
+//! by which modules know one another's objects ([`identity`]).
 //!
 //! Compiled fast in every profile: it looks at every element of every step.
 
@@ -26,7 +26,8 @@ pub const SOIL: u8 = 0x5a;
 pub trait Lane {
     /// Bytes of an element.
     fn element_size(&self) -> usize;
-    /// Makes room for `count` elements, and a fence behind it, until [`Lane::truncate`]. What is in the room is arbitrary.
+    /// Makes room for `count` elements, and a fence behind it, until [`Lane::truncate`]. What is in the room
+    /// is arbitrary.
     fn resize(&mut self, count: usize) -> Result<(), TryReserveError>;
     /// Where the elements are.
     fn start(&mut self) -> *mut c_void;

@@ -1,7 +1,8 @@
 //! The Rust mirror of `reef_sim.h`, item by item, without the prefix `reef_`.
 //!
-//! The header is the contract and holds the rules; this file only spells it for Rust. The tests of this package compile
-//! the header as C11 and C++11 and compare every size, offset and alignment with what stands here.
+//! The header is the contract and holds the rules; this file only spells it for Rust. The tests of this
+//! package compile the header as C11 and C++11 and compare every size, offset and alignment with what stands
+//! here.
 
 #![allow(missing_docs, reason = "the header documents each item; what it says in comments stands here too")]
 
@@ -14,7 +15,8 @@ pub const MAGIC: u64 = 0x004d495346454552;
 pub const VERSION_MAJOR: u32 = 0;
 pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
-/// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true.
+/// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps
+/// it true.
 pub const HEADER_HASH: u64 = 0x0d3212f250b54ff6;
 /// done; the outputs count
 pub const OK: i32 = 0;
@@ -71,7 +73,8 @@ pub const STREAM_DEBUG_LINE: u32 = 12;
 /// reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone
 pub const STREAM_TRACE: u32 = 13;
 pub const STREAM_COUNT: u32 = 14;
-/// Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped).
+/// Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or
+/// wrapped).
 pub const FLAG_NO_BLEND: u32 = 1;
 
 /// One thing in the sea. The renderer matches objects of two steps by id. 64 bytes.
@@ -174,8 +177,8 @@ pub struct FibreNode {
 }
 
 /// Where a joint stands: x in the joint's own frame is translation + scale * rotate(rotation, x). 32 bytes.
-/// Joints are rigid frames, one a section, rather than points. A body of seven sections is 224 bytes a step, its corners as points
-/// would be 368, and a frame turns normals without a rule of its own.
+/// Joints are rigid frames, one a section, rather than points. A body of seven sections is 224 bytes a step,
+/// its corners as points would be 368, and a frame turns normals without a rule of its own.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Joint {
@@ -187,15 +190,16 @@ pub struct Joint {
     pub scale: f32,
 }
 
-/// An instance of a mesh that was uploaded once (reef_host.mesh_create), moved by joints. 64 bytes.
-/// T_j = joint_j * inverse(rest_j) moves a vertex v at rest, weight w_j:
-///   linear  p = sum w_j T_j(v), n = unit(sum w_j s_j R_j n): cheap, thinner where joints twist
-///   dual    REEF_MESH_DUAL: the T_j as unit dual quaternions, turned to the first one's side, summed with w_j, made unit again; their
+/// An instance of a mesh that was uploaded once (reef_host.mesh_create), moved by joints. 64 bytes. T_j =
+/// joint_j * inverse(rest_j) moves a vertex v at rest, weight w_j: linear  p = sum w_j T_j(v), n = unit(sum
+/// w_j s_j R_j n): cheap, thinner where joints twist dual    REEF_MESH_DUAL: the T_j as unit dual
+/// quaternions, turned to the first one's side, summed with w_j, made unit again; their
 ///           scales are blended beside them and applied first. Twists keep their thickness.
 /// One joint moves any mesh as a whole: T = joint_0, and `rest` is not read. So what is far costs one joint.
-/// Between two steps joints are blended one by one: translation and scale along a line, rotation along the shorter arc. The element of
-/// the step before is the one with the same number among the elements of the object with the same id; where that has another mesh or
-/// another joint_count, or with REEF_FLAG_NO_BLEND, nothing is blended. Elements may share joints.
+/// Between two steps joints are blended one by one: translation and scale along a line, rotation along the
+/// shorter arc. The element of the step before is the one with the same number among the elements of the
+/// object with the same id; where that has another mesh or another joint_count, or with REEF_FLAG_NO_BLEND,
+/// nothing is blended. Elements may share joints.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Skinned {
@@ -226,8 +230,9 @@ pub struct Skinned {
 /// flags: turned to the viewer; else it lies across `axis`
 pub const BILLBOARD_FACING: u32 = 2;
 
-/// A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone: sprites have no
-/// identity, and a step emits those that may be seen, in any order that is the same for every run. 64 bytes.
+/// A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone:
+/// sprites have no identity, and a step emits those that may be seen, in any order that is the same for every
+/// run. 64 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Billboard {
@@ -239,8 +244,8 @@ pub struct Billboard {
     pub axis: [f32; 3],
     /// 0..1
     pub opacity: f32,
-    /// [m/s] of this step: earlier by t the sprite is shown at position - velocity t. With REEF_FLAG_NO_BLEND it is not
-    /// read, and the sprite stands at its position
+    /// [m/s] of this step: earlier by t the sprite is shown at position - velocity t. With REEF_FLAG_NO_BLEND
+    /// it is not read, and the sprite stands at its position
     pub velocity: [f32; 3],
     /// [rad] the picture's turn about the sprite's normal
     pub roll: f32,
@@ -254,10 +259,10 @@ pub struct Billboard {
     pub flags: u32,
 }
 
-/// An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour and glow, the stream
-/// positions, normals and thickness. 48 bytes.
-/// No two elements share a vertex. Identity from step to step is as for reef_skinned: the same
-/// mesh and number within the object with the same id; then positions, normals and thickness are blended vertex by vertex.
+/// An instance of an uploaded mesh whose vertices are made anew: the mesh gives indices, levels, uv, colour
+/// and glow, the stream positions, normals and thickness. 48 bytes. No two elements share a vertex. Identity
+/// from step to step is as for reef_skinned: the same mesh and number within the object with the same id;
+/// then positions, normals and thickness are blended vertex by vertex.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MeshDraw {
@@ -430,7 +435,8 @@ pub struct Water {
     pub spare: [f32; 5],
 }
 
-/// One wave train (Coulais et al. 2005, §3): eta = r sin(k (x cos(theta) + z sin(theta)) - omega t + phase). 32 bytes.
+/// One wave train (Coulais et al. 2005, §3): eta = r sin(k (x cos(theta) + z sin(theta)) - omega t + phase).
+/// 32 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Wave {
@@ -538,8 +544,8 @@ pub struct Output {
     pub size: u32,
     pub spare: u32,
     pub ctx: *mut c_void,
-    /// Room for `count` elements of the stream. May move what was reserved in it before: reserve before parallel_for,
-    /// then write disjoint ranges. elem_size must be the sizeof of the stream's element. [step]
+    /// Room for `count` elements of the stream. May move what was reserved in it before: reserve before
+    /// parallel_for, then write disjoint ranges. elem_size must be the sizeof of the stream's element. [step]
     pub reserve: Option<
         unsafe extern "C" fn(
             ctx: *mut c_void,
@@ -576,10 +582,10 @@ pub struct FlowQuery {
     pub spare: u32,
 }
 
-/// A vertex of a mesh at rest. 40 bytes.
-/// normal: a unit vector (x, y, z) on an octahedron. d = |x| + |y| + |z|; (a, b) = (x, y) / d, and where z < 0 it is
-/// ((1 - |y| / d) * sign(x), (1 - |x| / d) * sign(y)) with sign(0) = 1. The low 16 bits are round(32767 a) as a two's complement, the high
-/// ones round(32767 b). Every value is a unit vector.
+/// A vertex of a mesh at rest. 40 bytes. normal: a unit vector (x, y, z) on an octahedron. d = |x| + |y| +
+/// |z|; (a, b) = (x, y) / d, and where z < 0 it is ((1 - |y| / d) * sign(x), (1 - |x| / d) * sign(y)) with
+/// sign(0) = 1. The low 16 bits are round(32767 a) as a two's complement, the high ones round(32767 b). Every
+/// value is a unit vector.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MeshVertex {
@@ -597,9 +603,10 @@ pub struct MeshVertex {
     pub spare: u32,
 }
 
-/// A level of detail: triangles among some of the mesh's vertices. Levels may share vertices; a step's work grows with
-/// vertex_count, so a coarser level's best come first in the mesh. The finer of two levels is chosen where `error` of the coarser one
-/// would show; between, a growing share of the pixels is the other's. 32 bytes.
+/// A level of detail: triangles among some of the mesh's vertices. Levels may share vertices; a step's work
+/// grows with vertex_count, so a coarser level's best come first in the mesh. The finer of two levels is
+/// chosen where `error` of the coarser one would show; between, a growing share of the pixels is the other's.
+/// 32 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MeshLevel {
@@ -693,8 +700,9 @@ pub struct Host {
     pub set_error: Option<unsafe extern "C" fn(ctx: *mut c_void, text: *const c_char, length: u64)>,
     /// Not 0: the watchdog asks this call to return soon. [any]
     pub should_stop: Option<unsafe extern "C" fn(ctx: *mut c_void) -> u32>,
-    /// Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A call from a
-    /// job runs inline. Which worker runs what is not defined: write only what belongs to i. [step] [job]
+    /// Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A
+    /// call from a job runs inline. Which worker runs what is not defined: write only what belongs to i.
+    /// [step] [job]
     pub parallel_for:
         Option<unsafe extern "C" fn(ctx: *mut c_void, count: u32, job: Job, user: *mut c_void) -> i32>,
     /// Memory until the end of this step; align: a power of two up to 4096. [step]
@@ -702,19 +710,21 @@ pub struct Host {
         Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: u64, align: u64, out: *mut *mut c_void) -> i32>,
     /// [step] [job]
     pub sample_flow: Option<unsafe extern "C" fn(ctx: *mut c_void, query: *const FlowQuery) -> i32>,
-    /// A mesh that elements name by its id, as long as it is there. What is made again while it is there (the same name and
-    /// content) is the same, with the same id, and stays until it was destroyed as often. Ids are 1 and up, in the order of making,
-    /// and never used for anything else. Reset, load_state and a discarded step leave it; what an instance made goes with it; not
-    /// in open(). [control] [step]
+    /// A mesh that elements name by its id, as long as it is there. What is made again while it is there (the
+    /// same name and content) is the same, with the same id, and stays until it was destroyed as often. Ids
+    /// are 1 and up, in the order of making, and never used for anything else. Reset, load_state and a
+    /// discarded step leave it; what an instance made goes with it; not in open(). [control] [step]
     pub mesh_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, mesh: *const Mesh, out_id: *mut u32) -> i32>,
     pub mesh_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
-    /// A picture that elements name by its id, as for meshes: the same name, format, size and texels are the same. [control] [step]
+    /// A picture that elements name by its id, as for meshes: the same name, format, size and texels are the
+    /// same. [control] [step]
     pub texture_create:
         Option<unsafe extern "C" fn(ctx: *mut c_void, texture: *const Texture, out_id: *mut u32) -> i32>,
     pub texture_destroy: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32) -> i32>,
-    /// A figure for people who look at the module in the panel: what a step saved, how many things are awake. The last value of
-    /// each name is shown; at most 32 names of at most 64 bytes, what is beyond is not. [any]
+    /// A figure for people who look at the module in the panel: what a step saved, how many things are awake.
+    /// The last value of each name is shown; at most 32 names of at most 64 bytes, what is beyond is not.
+    /// [any]
     pub figure: Option<unsafe extern "C" fn(ctx: *mut c_void, name: *const c_char, length: u64, value: f64)>,
 }
 pub const PARAM_FLOAT: u32 = 1;
@@ -753,8 +763,8 @@ pub struct Param {
     pub spare: [u64; 2],
 }
 
-/// Where save_state writes and load_state reads. The host wraps the bytes in an envelope of plugin id, state version,
-/// length and hash; the payload is tagged fields, little-endian, without pointers.
+/// Where save_state writes and load_state reads. The host wraps the bytes in an envelope of plugin id, state
+/// version, length and hash; the payload is tagged fields, little-endian, without pointers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Writer {
@@ -771,7 +781,8 @@ pub struct Reader {
     /// of the library that wrote the bytes
     pub state_version: u32,
     pub ctx: *mut c_void,
-    /// Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the end.
+    /// Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the
+    /// end.
     pub read: Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64>,
 }
 
@@ -792,8 +803,8 @@ pub struct Instance {
         Option<unsafe extern "C" fn(ctx: *mut c_void, input: *const Step, output: *const Output) -> i32>,
     /// [control]
     pub save_state: Option<unsafe extern "C" fn(ctx: *mut c_void, writer: *const Writer) -> i32>,
-    /// All or nothing: anything but REEF_OK leaves the instance as it was. A state_version below state_min_version or above
-    /// state_version is REEF_BAD_STATE. [control]
+    /// All or nothing: anything but REEF_OK leaves the instance as it was. A state_version below
+    /// state_min_version or above state_version is REEF_BAD_STATE. [control]
     pub load_state: Option<unsafe extern "C" fn(ctx: *mut c_void, reader: *const Reader) -> i32>,
     /// The parameter's present value. Parameters change through the step's events only. [control]
     pub get_param: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32, out_value: *mut f64) -> i32>,
@@ -821,10 +832,9 @@ pub struct Descriptor {
     /// the oldest that load_state reads
     pub state_min_version: u32,
     pub spare: u32,
-    /// config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config": {...}}.
-    /// An error's message begins with the path in "config": `anemones[3].species: ...`.
-    /// `host` is this instance's own: valid until destroy() returned, or create() returned a failure.
-    /// [control]
+    /// config: JSON object {"scene": {"name", "seed", "scale", "dt"}, "species": {NAME: {...}}, "config":
+    /// {...}}. An error's message begins with the path in "config": `anemones[3].species: ...`. `host` is
+    /// this instance's own: valid until destroy() returned, or create() returned a failure. [control]
     pub create: Option<
         unsafe extern "C" fn(
             host: *const Host,

@@ -1,5 +1,5 @@
-//! How much the water does at most, over a panel of a wall and around a source: what a draw by chance is held against, so
-//! that a place is drawn exactly as often as water comes in there, however narrow a source is.
+//! How much the water does at most, over a panel of a wall and around a source: what a draw by chance is held
+//! against, so that a place is drawn exactly as often as water comes in there, however narrow a source is.
 //!
 //! Every bound holds at each point; rounding is covered by a small share more.
 
@@ -64,8 +64,8 @@ impl Shell {
         if square >= self.inner2 && square < self.outer2 { self.most / square.sqrt() } else { 0.0 }
     }
 
-    /// The point of the shell that lies in a unit direction, for a `share` 0..1: equal shares have equal parts of
-    /// [`Shell::mass`].
+    /// The point of the shell that lies in a unit direction, for a `share` 0..1: equal shares have equal
+    /// parts of [`Shell::mass`].
     pub fn point(&self, direction: [f32; 3], share: f32) -> [f32; 3] {
         let radius = (self.inner2 + share * (self.outer2 - self.inner2)).sqrt();
         core::array::from_fn(|i| self.center[i] + radius * direction[i])
@@ -73,9 +73,9 @@ impl Shell {
 }
 
 impl Packed {
-    /// How fast water comes in at most, anywhere on a panel of a wall of the box `part`, beyond what leaves through the same
-    /// place of the wall opposite [m/s]. `axis`: across the wall; `inward`: 1 at the low wall, −1 at the high one. Currents
-    /// that travel have to [`fit`](Packed::fit) the box.
+    /// How fast water comes in at most, anywhere on a panel of a wall of the box `part`, beyond what leaves
+    /// through the same place of the wall opposite [m/s]. `axis`: across the wall; `inward`: 1 at the low
+    /// wall, −1 at the high one. Currents that travel have to [`fit`](Packed::fit) the box.
     pub fn most_entering(&self, panel: &Part, extent: [f32; 3], axis: usize, inward: f32) -> f32 {
         let mut opposite = *panel;
         let across = inward * extent[axis];
@@ -103,7 +103,8 @@ impl Packed {
             more += here + whirlwind.most(&opposite);
         }
         if !self.shelters.is_empty() {
-            // A shelter at one wall and none at the other: what is the same otherwise differs by what it takes.
+            // A shelter at one wall and none at the other: what is the same otherwise differs by what it
+            // takes.
             let calmed: f32 = self.shelters.iter().map(|shelter| shelter.strength.abs()).sum();
             more = more.max(0.0) + same * calmed;
         }
@@ -146,8 +147,8 @@ impl Whirlwind {
 }
 
 impl Local {
-    /// How fast a source or hole is at most along an axis times a sign, anywhere in a part [m/s]. Below 0 where it flows
-    /// the other way everywhere.
+    /// How fast a source or hole is at most along an axis times a sign, anywhere in a part [m/s]. Below 0
+    /// where it flows the other way everywhere.
     fn most_along(&self, part: &Part, axis: usize, sign: f32) -> f32 {
         let [near, far] = part.squares(self.center);
         if near >= self.reach2 {
@@ -203,8 +204,8 @@ impl Local {
         }
     }
 
-    /// r (3 s + 2 q s′), q = r², is at most Φ (3 − 2q/(|Φ|/Φ_max + q) − q/(q + core²)) / (|Φ|/Φ_max + q) times what is left of
-    /// it by fading, which takes from a source and gives to a hole.
+    /// r (3 s + 2 q s′), q = r², is at most Φ (3 − 2q/(|Φ|/Φ_max + q) − q/(q + core²)) / (|Φ|/Φ_max + q)
+    /// times what is left of it by fading, which takes from a source and gives to a hole.
     fn shell(&self, inner2: f32, outer2: f32, shells: &mut Vec<Shell>) {
         let strength = self.strength.abs();
         let soft = self.softening + inner2;

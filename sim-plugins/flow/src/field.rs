@@ -1,9 +1,9 @@
-//! The sea's primitives of one step, sorted into a grid, so that an object pays only for those that can reach it
-//! (Aliaga & Larboulette 2009, §2 and §5.1).
+//! The sea's primitives of one step, sorted into a grid, so that an object pays only for those that can reach
+//! it (Aliaga & Larboulette 2009, §2 and §5.1).
 //!
-//! A local primitive with a reach lies in every cell that its sphere touches; what has no reach, or fills too many
-//! cells, is on a list that every object takes. A query with an object's bounding sphere yields indices in the host's
-//! order. The grid only leaves out what contributes exactly zero inside the bounding sphere.
+//! A local primitive with a reach lies in every cell that its sphere touches; what has no reach, or fills too
+//! many cells, is on a list that every object takes. A query with an object's bounding sphere yields indices
+//! in the host's order. The grid only leaves out what contributes exactly zero inside the bounding sphere.
 
 use reef_abi::{self as abi, Flow};
 
@@ -33,7 +33,8 @@ const MOST_CELLS_OF_ONE: usize = 256;
 /// Below this many limited primitives a list is faster than a grid.
 const FEWEST_FOR_A_GRID: usize = 8;
 
-/// One step's primitives and where they reach. Refilling it allocates nothing once it has grown to its greatest size.
+/// One step's primitives and where they reach. Refilling it allocates nothing once it has grown to its
+/// greatest size.
 #[derive(Clone, Debug, Default)]
 pub struct Field {
     flows: Vec<Flow>,
@@ -121,7 +122,8 @@ impl Field {
         out.dedup();
     }
 
-    /// Cubes of about the mean reach over the box of all limited spheres, at most [`MOST_CELLS`] along an axis.
+    /// Cubes of about the mean reach over the box of all limited spheres, at most [`MOST_CELLS`] along an
+    /// axis.
     fn shape_grid(&mut self) {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -189,7 +191,8 @@ impl Field {
             let last = self.cells[i].checked_sub(1)?;
             let from = ((sphere.center[i] - sphere.radius - self.corner[i]) / self.cell).floor();
             let to = ((sphere.center[i] + sphere.radius - self.corner[i]) / self.cell).floor();
-            // The grid's upper face belongs to its last cell, and rounding may have moved a sphere's own face.
+            // The grid's upper face belongs to its last cell, and rounding may have moved a sphere's own
+            // face.
             if to < -1e-3 || from > last as f64 + 1.001 || from.is_nan() || to.is_nan() {
                 return None;
             }

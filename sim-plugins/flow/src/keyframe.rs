@@ -1,5 +1,5 @@
-//! Keyframes: what a scene moves by itself (Aliaga & Larboulette 2009, §5.2) — a singularity's position, its intensity
-//! (whose sign may change, figure 15), its axis, a camera. Time is f64 seconds.
+//! Keyframes: what a scene moves by itself (Aliaga & Larboulette 2009, §5.2) — a singularity's position, its
+//! intensity (whose sign may change, figure 15), its axis, a camera. Time is f64 seconds.
 
 /// A value that keys can hold: some numbers, each of which moves by itself.
 pub trait Animate: Copy {
@@ -27,8 +27,8 @@ pub enum Interpolation {
     /// Straight lines.
     #[default]
     Linear,
-    /// Cubic without a kink, the track's rest before the first and after the last key included. Between two keys every
-    /// component stays between their values: nothing swings past a key (Steffen 1990).
+    /// Cubic without a kink, the track's rest before the first and after the last key included. Between two
+    /// keys every component stays between their values: nothing swings past a key (Steffen 1990).
     Smooth,
 }
 
@@ -94,7 +94,8 @@ impl<T: Animate> Track<T> {
         Ok(Self { keys, interpolation, period: None })
     }
 
-    /// Starts anew every `period` seconds, counted from the first key. A period that is not a positive number is none.
+    /// Starts anew every `period` seconds, counted from the first key. A period that is not a positive number
+    /// is none.
     #[must_use]
     pub fn repeating(mut self, period: f64) -> Self {
         self.period = (period.is_finite() && period > 0.0).then_some(period);
@@ -154,8 +155,8 @@ impl<T: Animate> Track<T> {
     }
 }
 
-/// Slope at a key between two intervals of slopes `s0`, `s1` and lengths `h0`, `h1`: that of the parabola through the
-/// three keys, no steeper than keeps both intervals monotone; zero at an extreme.
+/// Slope at a key between two intervals of slopes `s0`, `s1` and lengths `h0`, `h1`: that of the parabola
+/// through the three keys, no steeper than keeps both intervals monotone; zero at an extreme.
 fn steffen(s0: f64, s1: f64, h0: f64, h1: f64) -> f64 {
     if s0 * s1 <= 0.0 {
         return 0.0;

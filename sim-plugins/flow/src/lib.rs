@@ -1,15 +1,16 @@
-//! The sea's flow field: sources, holes, whirlwinds, directional fields (Aliaga & Larboulette 2009, §2) and shelters,
-//! evaluated eight or sixteen points at a time, shared by all models.
+//! The sea's flow field: sources, holes, whirlwinds, directional fields (Aliaga & Larboulette 2009, §2) and
+//! shelters, evaluated eight or sixteen points at a time, shared by all models.
 //!
-//! The way of a step: the host hands every plugin one list of [`reef_abi::Flow`] elements. A model puts it into a
-//! [`Field`] once (a grid over what reaches only so far), then asks for one [`Packed`] form an object: positions
-//! relative to the object's own f64 origin, without what the object emits itself and what cannot reach it. The model's
-//! kernel calls [`velocity8`] on that, fused with its own equations, inside [`dispatch!`].
+//! The way of a step: the host hands every plugin one list of [`reef_abi::Flow`] elements. A model puts it
+//! into a [`Field`] once (a grid over what reaches only so far), then asks for one [`Packed`] form an object:
+//! positions relative to the object's own f64 origin, without what the object emits itself and what cannot
+//! reach it. The model's kernel calls [`velocity8`] on that, fused with its own equations, inside
+//! [`dispatch!`].
 //!
 //! [`waves`] are the other thing that moves the water: trains on the surface and the orbits below them.
 //!
-//! Everything here gives the same bytes at every [`simd::Level`]: IEEE-exact operations only, every multiply-add that is
-//! written as fused is fused, lanes are independent points.
+//! Everything here gives the same bytes at every [`simd::Level`]: IEEE-exact operations only, every
+//! multiply-add that is written as fused is fused, lanes are independent points.
 
 pub mod bounds;
 pub mod field;

@@ -1,5 +1,5 @@
-//! Sine, cosine and exponential, eight lanes wide, the same bytes at every level. The coefficients are least-maximum
-//! fits on the reduced ranges; the tests hold them against f64.
+//! Sine, cosine and exponential, eight lanes wide, the same bytes at every level. The coefficients are
+//! least-maximum fits on the reduced ranges; the tests hold them against f64.
 
 use fearless_simd::{Select, Simd, prelude::*};
 
@@ -10,8 +10,9 @@ const HALF_PI: [f32; 3] = [1.570_796_4, -4.371_139e-8, -1.715_124_5e-15];
 const SIN: [f32; 3] = [-1.666_665_5e-1, 8.332_161e-3, -1.951_529_6e-4];
 const COS: [f32; 3] = [4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5];
 
-/// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞ or NaN) the result
-/// stays defined but loses meaning: who has larger phases reduces them in f64 first ([`reduce_phase`]).
+/// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞ or NaN)
+/// the result stays defined but loses meaning: who has larger phases reduces them in f64 first
+/// ([`reduce_phase`]).
 #[inline(always)]
 pub fn sin_cos<S: Simd, V: Lanes<S>>(x: V) -> (V, V) {
     let simd = x.token();
@@ -54,8 +55,8 @@ pub fn sin<S: Simd, V: Lanes<S>>(x: V) -> V {
 const LN2: [f32; 2] = [6.931_457_5e-1, 1.428_606_8e-6];
 const EXP: [f32; 5] = [1.666_666_6e-1, 4.166_579_6e-2, 8.333_452e-3, 1.398_2e-3, 1.987_569_1e-4];
 
-/// e to the power of each lane. Relative error ≤ 2e-7 for −87 ≤ x ≤ 88; what lies outside is taken at the range's ends,
-/// so that the result stays finite and above zero.
+/// e to the power of each lane. Relative error ≤ 2e-7 for −87 ≤ x ≤ 88; what lies outside is taken at the
+/// range's ends, so that the result stays finite and above zero.
 #[inline(always)]
 pub fn exp<S: Simd, V: Lanes<S>>(x: V) -> V {
     let simd = x.token();

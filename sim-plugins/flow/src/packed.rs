@@ -1,15 +1,17 @@
-//! The flow as one object feels it, ready for a kernel: f32 positions relative to the object's origin, kinds apart.
+//! The flow as one object feels it, ready for a kernel: f32 positions relative to the object's origin, kinds
+//! apart.
 //!
-//! Singularities with the point C, nominal intensity Φ, greatest intensity Φ_max and d = |p − C| (Aliaga & Larboulette
-//! 2009, §2). The denominator takes |Φ| and the sign stands outside, so that an intensity keyed through zero passes no
-//! pole:
+//! Singularities with the point C, nominal intensity Φ, greatest intensity Φ_max and d = |p − C| (Aliaga &
+//! Larboulette 2009, §2). The denominator takes |Φ| and the sign stands outside, so that an intensity keyed
+//! through zero passes no pole:
 //!
 //! - source (2) and hole (3): S = Φ / (|Φ|/Φ_max + d²) · (p − C) / √(d² + core²)
 //! - whirlwind (4): W = Φ / (|Φ|/Φ_max + d²) · w / √(|w|² + core²), w = (p − C) × R
 //! - directional (5): D = Φ (1 − m + m sin(phase + k·p)) max(0, 1 + g (y − level)) v
 //! - shelter: multiplies the sum of all by 1 − strength · fade
 //!
-//! A local field with a reach is multiplied by fade(d), 1 up to the share `fade` of its reach and exactly 0 beyond it.
+//! A local field with a reach is multiplied by fade(d), 1 up to the share `fade` of its reach and exactly 0
+//! beyond it.
 //!
 //! Where the direction is undefined the contribution is the zero vector: at C, and for a whirlwind within
 //! [`AXIS_CONE`] of its axis. Without a core the length just beside it is Φ_max.
@@ -24,11 +26,12 @@ use crate::{
     steepness,
 };
 
-/// A whirlwind's axis is as wide as this [rad, seen from C]: nearer to it the direction of (p − C) × R is rounding.
+/// A whirlwind's axis is as wide as this [rad, seen from C]: nearer to it the direction of (p − C) × R is
+/// rounding.
 pub const AXIS_CONE: f32 = 9.536_743e-7;
 
-/// Smallest core² [m²] that a kernel sees. A core of 10⁻¹⁵ m changes no figure anywhere but at C itself, where it makes
-/// the zero vector out of 0/0 without a comparison.
+/// Smallest core² [m²] that a kernel sees. A core of 10⁻¹⁵ m changes no figure anywhere but at C itself,
+/// where it makes the zero vector out of 0/0 without a comparison.
 const CORE2_FLOOR: f32 = 1e-30;
 /// Smallest |Φ|/Φ_max [m²] that a kernel sees: keeps the product of both floors above the denormal numbers.
 const SOFTENING_FLOOR: f32 = 1e-20;
@@ -90,7 +93,8 @@ pub(crate) struct Shelter {
     pub(crate) inv_shell: f32,
 }
 
-/// The flow primitives that act on one object. Refilling it allocates nothing once it has grown to its greatest size.
+/// The flow primitives that act on one object. Refilling it allocates nothing once it has grown to its
+/// greatest size.
 #[derive(Clone, Debug, Default)]
 pub struct Packed {
     /// Sum of the directional fields that are the same everywhere on the object [m/s].
@@ -115,8 +119,8 @@ impl Packed {
         Self::default()
     }
 
-    /// Makes room for whatever [`Packed::fill_near`] may find, so that no later fill of this field's size allocates: for those
-    /// of several that may not be filled in every step.
+    /// Makes room for whatever [`Packed::fill_near`] may find, so that no later fill of this field's size
+    /// allocates: for those of several that may not be filled in every step.
     pub fn make_room(&mut self, field: &Field) {
         fn room<T>(list: &mut Vec<T>, count: usize) {
             list.reserve(count.saturating_sub(list.len()));
@@ -129,8 +133,8 @@ impl Packed {
         room(&mut self.candidates, field.most_candidates());
     }
 
-    /// Takes all primitives of `flows`, in their order, but what `owner` (0: nobody) emits itself, relative to
-    /// `origin` [m].
+    /// Takes all primitives of `flows`, in their order, but what `owner` (0: nobody) emits itself, relative
+    /// to `origin` [m].
     pub fn fill(&mut self, flows: &[Flow], origin: [f64; 3], owner: u64) {
         self.begin();
         for flow in flows {
@@ -139,8 +143,8 @@ impl Packed {
         self.end();
     }
 
-    /// Takes what acts inside `bounds` alone: the same bytes as [`Packed::fill`] for every point in there, for less work.
-    /// A point outside of `bounds` may miss some of the flow.
+    /// Takes what acts inside `bounds` alone: the same bytes as [`Packed::fill`] for every point in there,
+    /// for less work. A point outside of `bounds` may miss some of the flow.
     pub fn fill_near(&mut self, field: &Field, bounds: Sphere, origin: [f64; 3], owner: u64) {
         self.begin();
         let mut candidates = core::mem::take(&mut self.candidates);
@@ -166,9 +170,9 @@ impl Packed {
         !self.sources.is_empty()
     }
 
-    /// Lets currents that travel fit a box of an extent [m] around the origin: a whole number of wavelengths along each axis,
-    /// the nearest. Then they do the same at opposite walls, and who leaves through one and enters through the other goes on
-    /// as before. In the box's middle nothing changes.
+    /// Lets currents that travel fit a box of an extent [m] around the origin: a whole number of wavelengths
+    /// along each axis, the nearest. Then they do the same at opposite walls, and who leaves through one and
+    /// enters through the other goes on as before. In the box's middle nothing changes.
     pub fn fit(&mut self, extent: [f64; 3]) {
         for field in &mut self.varying {
             for (k, extent) in field.wave_vector.iter_mut().zip(extent) {
@@ -196,8 +200,8 @@ impl Packed {
             && self.varying.is_empty()
     }
 
-    /// The sum of the directional fields that are the same everywhere on the object [m/s]: what the velocity is where
-    /// nothing else acts.
+    /// The sum of the directional fields that are the same everywhere on the object [m/s]: what the velocity
+    /// is where nothing else acts.
     pub fn uniform(&self) -> [f32; 3] {
         self.base
     }
@@ -225,7 +229,8 @@ impl Packed {
         self.fastest = if self.shelters.is_empty() { 0.0 } else { steepness::greatest_speed(self) };
     }
 
-    /// One primitive. What is not finite, of unknown kind or without a peak does not act (the host refuses it earlier).
+    /// One primitive. What is not finite, of unknown kind or without a peak does not act (the host refuses it
+    /// earlier).
     fn push(&mut self, flow: &Flow, origin: [f64; 3], owner: u64, bounds: Option<Sphere>) {
         if owner != 0 && flow.owner == owner {
             return;
@@ -322,7 +327,8 @@ pub(crate) fn acts(flow: &Flow) -> bool {
 /// reach² and 1/shell of a field that fades nowhere on the object.
 const UNLIMITED: (f32, f32) = (f32::INFINITY, 0.0);
 
-/// Where a local field fades: u = clamp((reach² − d²) / (reach² − start²), 0, 1), fade = u² (3 − 2u). Smooth, and no root.
+/// Where a local field fades: u = clamp((reach² − d²) / (reach² − start²), 0, 1), fade = u² (3 − 2u). Smooth,
+/// and no root.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shell {
     reach2: f32,
@@ -368,8 +374,8 @@ impl Shell {
 
 /// Velocity of the water [m/s] at eight points [m, relative to the origin of `packed`].
 ///
-/// The sum (1) in fixed order: directional fields, sources and holes, whirlwinds, each in the host's order; shelters
-/// last. The result is the same bytes at every level.
+/// The sum (1) in fixed order: directional fields, sources and holes, whirlwinds, each in the host's order;
+/// shelters last. The result is the same bytes at every level.
 #[inline(always)]
 pub fn velocity8<S: Simd>(simd: S, packed: &Packed, x: f32x8<S>, y: f32x8<S>, z: f32x8<S>) -> [f32x8<S>; 3] {
     velocity(simd, packed, x, y, z)
@@ -417,8 +423,9 @@ pub fn velocity<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V
     v
 }
 
-/// What sources and holes make of water at many points, or take away [1/s]: ∇·V of their fields, calmed as the water is in
-/// a shelter. For d² = q a local field is s(q) (p − C), whose divergence is 3 s + 2 q s′. The same bytes at every level.
+/// What sources and holes make of water at many points, or take away [1/s]: ∇·V of their fields, calmed as
+/// the water is in a shelter. For d² = q a local field is s(q) (p − C), whose divergence is 3 s + 2 q s′. The
+/// same bytes at every level.
 #[inline(always)]
 pub fn divergence<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, x: V, y: V, z: V) -> V {
     let mut sum = V::splat(simd, 0.0);
@@ -454,14 +461,15 @@ fn calm<S: Simd, V: Lanes<S>>(simd: S, shelter: &Shelter, p: [V; 3]) -> V {
     mul_add(V::splat(simd, -shelter.strength), fade, V::splat(simd, 1.0))
 }
 
-/// A vector in all lanes. Written out: a closure, as `map` takes it, does not always inherit the vector instructions of
-/// where it stands, and then costs a call an operation.
+/// A vector in all lanes. Written out: a closure, as `map` takes it, does not always inherit the vector
+/// instructions of where it stands, and then costs a call an operation.
 #[inline(always)]
 pub(crate) fn splat3<S: Simd, V: Lanes<S>>(simd: S, [x, y, z]: [f32; 3]) -> [V; 3] {
     [V::splat(simd, x), V::splat(simd, y), V::splat(simd, z)]
 }
 
-/// v + speed · d, rounded twice on purpose: fused, two equal sources would leave a rounding behind at their midpoint.
+/// v + speed · d, rounded twice on purpose: fused, two equal sources would leave a rounding behind at their
+/// midpoint.
 #[inline(always)]
 fn add_scaled<S: Simd, V: Lanes<S>>(v: [V; 3], speed: V, d: [V; 3]) -> [V; 3] {
     [v[0] + speed * d[0], v[1] + speed * d[1], v[2] + speed * d[2]]
@@ -492,7 +500,8 @@ pub(crate) fn cross<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     ]
 }
 
-/// Φ / ((|Φ|/Φ_max + d²) √(l² + core²)): times a vector of square l² it is the field. One root and one division in all.
+/// Φ / ((|Φ|/Φ_max + d²) √(l² + core²)): times a vector of square l² it is the field. One root and one
+/// division in all.
 #[inline(always)]
 fn intensity<S: Simd, V: Lanes<S>>(simd: S, local: &Local, d2: V, l2: V) -> V {
     let length = (l2 + V::splat(simd, local.core2)).sqrt();

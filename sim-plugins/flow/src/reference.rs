@@ -1,11 +1,12 @@
-//! The same flow in plain f64, one point at a time, written as the paper prints it. Tests compare the kernels with it;
-//! nothing that runs in a scene uses it.
+//! The same flow in plain f64, one point at a time, written as the paper prints it. Tests compare the kernels
+//! with it; nothing that runs in a scene uses it.
 
 use reef_abi::{self as abi, Flow};
 
 type Vector = [f64; 3];
 
-/// Velocity of the water [m/s] at a point [m, world]: the sum (1), without what `owner` (0: nobody) emits itself.
+/// Velocity of the water [m/s] at a point [m, world]: the sum (1), without what `owner` (0: nobody) emits
+/// itself.
 pub fn velocity(flows: &[Flow], point: Vector, owner: u64) -> Vector {
     let mut sum = [0.0; 3];
     let mut factor = 1.0;

@@ -36,8 +36,8 @@ pub fn sample(level: Level, packed: &Packed, points: Points<'_>, out: Velocities
     crate::dispatch!(level, simd => sample_wide(simd, packed, points, out));
 }
 
-/// What sources and holes make of water at each point, or take away [1/s]. Takes as many points as the shortest of the four
-/// slices has.
+/// What sources and holes make of water at each point, or take away [1/s]. Takes as many points as the
+/// shortest of the four slices has.
 pub fn divergence(level: Level, packed: &Packed, points: Points<'_>, out: &mut [f32]) {
     crate::dispatch!(level, simd => divergence_wide(simd, packed, points, out));
 }

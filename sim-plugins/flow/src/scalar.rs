@@ -1,5 +1,6 @@
-//! The kernels' equations once more, one point at a time in plain f32 without fused operations: what the wide code is
-//! measured against. Its rounding differs from [`crate::velocity8`]'s, so nothing that simulates uses it.
+//! The kernels' equations once more, one point at a time in plain f32 without fused operations: what the wide
+//! code is measured against. Its rounding differs from [`crate::velocity8`]'s, so nothing that simulates uses
+//! it.
 
 use crate::packed::{AXIS_CONE, Local, Packed, Varying};
 

@@ -1,16 +1,18 @@
-//! Which instruction set a kernel runs on: the contract's `REEF_SIMD_*` levels, mapped to tokens in this one place.
+//! Which instruction set a kernel runs on: the contract's `REEF_SIMD_*` levels, mapped to tokens in this one
+//! place.
 //!
-//! The program is built for baseline x86-64; [`dispatch!`] compiles its expression once a level and picks one at run
-//! time, so a test or the step input can force any level that the machine has. All levels give the same bytes: kernels
-//! use [`mul_add`] (one rounding everywhere; in software below AVX2, and slow there), `sqrt` and `/`, which are exact,
-//! and no estimates.
+//! The program is built for baseline x86-64; [`dispatch!`] compiles its expression once a level and picks one
+//! at run time, so a test or the step input can force any level that the machine has. All levels give the
+//! same bytes: kernels use [`mul_add`] (one rounding everywhere; in software below AVX2, and slow there),
+//! `sqrt` and `/`, which are exact, and no estimates.
 
 use fearless_simd::{Simd, f32x4, f32x8, f32x16, i32x4, i32x8, i32x16, prelude::*};
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug)]
 pub enum Level {
-    /// No more than the machine's architecture promises: SSE2 on x86-64, no vectors elsewhere. On every machine.
+    /// No more than the machine's architecture promises: SSE2 on x86-64, no vectors elsewhere. On every
+    /// machine.
     Scalar(Baseline),
     /// x86-64-v2.
     #[cfg(target_arch = "x86_64")]
@@ -28,8 +30,8 @@ pub enum Level {
 
 /// The token of the instructions that every machine of this architecture has.
 ///
-/// On x86-64 that is SSE2 and not the library's fallback: kernels on plain arrays gave the same bytes, no faster, and took
-/// five times as long to compile.
+/// On x86-64 that is SSE2 and not the library's fallback: kernels on plain arrays gave the same bytes, no
+/// faster, and took five times as long to compile.
 #[cfg(target_arch = "x86_64")]
 pub type Baseline = fearless_simd::x86::Sse2;
 /// The token of the instructions that every machine of this architecture has.
@@ -53,7 +55,8 @@ impl Level {
         Self::at_most(u32::MAX)
     }
 
-    /// The widest that this machine has and that does not pass `level`, one of `REEF_SIMD_*` (reef_step.simd_level).
+    /// The widest that this machine has and that does not pass `level`, one of `REEF_SIMD_*`
+    /// (reef_step.simd_level).
     pub fn at_most(level: u32) -> Self {
         let machine = fearless_simd::Level::new();
         #[cfg(target_arch = "x86_64")]
@@ -128,10 +131,12 @@ impl Level {
     }
 }
 
-/// Runs an expression with the vector instructions of a [`Level`]: `dispatch!(level, simd => kernel(simd, …))`.
+/// Runs an expression with the vector instructions of a [`Level`]:
+/// `dispatch!(level, simd => kernel(simd, …))`.
 ///
-/// The expression is compiled once a level; `simd` is the token that vector types are made with. What it calls must be
-/// `#[inline(always)]`, or it falls back to the baseline's instructions. It runs in a closure: no `return`, no `?`.
+/// The expression is compiled once a level; `simd` is the token that vector types are made with. What it
+/// calls must be `#[inline(always)]`, or it falls back to the baseline's instructions. It runs in a closure:
+/// no `return`, no `?`.
 #[macro_export]
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $op:expr) => {
@@ -157,8 +162,8 @@ macro_rules! dispatch {
     }};
 }
 
-/// Four, eight or sixteen lanes of f32. Sixteen are two registers below AVX-512: twice the independent work for a kernel whose
-/// equations wait for one another.
+/// Four, eight or sixteen lanes of f32. Sixteen are two registers below AVX-512: twice the independent work
+/// for a kernel whose equations wait for one another.
 pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {
     /// As many lanes of i32.
     type Int: SimdInt<S, Element = i32, Mask = Self::Mask, ByteVector = Self::ByteVector>
@@ -242,16 +247,16 @@ fn fuses<S: Simd>(simd: S) -> bool {
     }
 }
 
-/// A fused multiply-add where the processor has none. One function for all kernels: inlined, its instructions would be
-/// most of what a kernel compiles to.
+/// A fused multiply-add where the processor has none. One function for all kernels: inlined, its instructions
+/// would be most of what a kernel compiles to.
 #[inline(never)]
 fn soft_mul_add(a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [f32; 8] {
     core::array::from_fn(|i| soft_mul_add_1(a[i], b[i], c[i]))
 }
 
-/// The product of two f32 is exact in f64. Their sum with c is rounded to odd (toward the f64 neighbour whose last bit is
-/// 1, unless it is exact), so that rounding it once more to f32 gives what a single rounding would have given (Boldo and
-/// Melquiond 2008).
+/// The product of two f32 is exact in f64. Their sum with c is rounded to odd (toward the f64 neighbour whose
+/// last bit is 1, unless it is exact), so that rounding it once more to f32 gives what a single rounding
+/// would have given (Boldo and Melquiond 2008).
 #[inline(always)]
 fn soft_mul_add_1(a: f32, b: f32, c: f32) -> f32 {
     let product = f64::from(a) * f64::from(b);
@@ -278,8 +283,8 @@ pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
     f32x8::splat(simd, value)
 }
 
-/// Eight equal vectors. Kernels write such things out: a closure, as `map` takes it, does not always inherit the vector
-/// instructions of where it stands, and then costs a call an operation.
+/// Eight equal vectors. Kernels write such things out: a closure, as `map` takes it, does not always inherit
+/// the vector instructions of where it stands, and then costs a call an operation.
 #[inline(always)]
 pub fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [f32x8<S>; 3] {
     [splat(simd, x), splat(simd, y), splat(simd, z)]
@@ -297,7 +302,8 @@ pub fn clamp<S: Simd, V: Lanes<S>>(value: V, low: V, high: V) -> V {
     value.max(low).min(high)
 }
 
-/// Asks for the memory of `values`, which will soon be read or written. Changes nothing but how long that takes.
+/// Asks for the memory of `values`, which will soon be read or written. Changes nothing but how long that
+/// takes.
 #[inline(always)]
 pub fn prefetch<T>(values: &[T]) {
     for line in (0..size_of_val(values)).step_by(LINE) {
@@ -323,8 +329,9 @@ fn ask(place: *const u8) {
     let _ = place;
 }
 
-/// Pieces of memory that will be needed after what is worked on now, asked for a little at a time: by itself a processor looks no
-/// farther than the page that it is in, and all at once would be more requests than it keeps.
+/// Pieces of memory that will be needed after what is worked on now, asked for a little at a time: by itself
+/// a processor looks no farther than the page that it is in, and all at once would be more requests than it
+/// keeps.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ahead {
     /// Address and lines of each piece.
@@ -376,8 +383,8 @@ impl Ahead {
 /// How far ahead [`blocks`] asks for memory, in blocks.
 const AHEAD: usize = 3;
 
-/// `values` in blocks of about a KiB, each asked for while those before it are worked on: by themselves, processors do not
-/// look beyond the page that they are in.
+/// `values` in blocks of about a KiB, each asked for while those before it are worked on: by themselves,
+/// processors do not look beyond the page that they are in.
 pub fn blocks<T>(values: &[T]) -> impl Iterator<Item = &[T]> {
     let size = (1024 / size_of::<T>().max(1)).max(1);
     let mut ahead = values.chunks(size).skip(AHEAD);

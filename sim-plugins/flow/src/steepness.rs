@@ -1,9 +1,10 @@
-//! How fast the flow changes from place to place: an upper bound of ‖∇V‖, from which a model chooses how far a step may go.
+//! How fast the flow changes from place to place: an upper bound of ‖∇V‖, from which a model chooses how far
+//! a step may go.
 //!
-//! For a local field s(p) (p − C), with s as [`crate::packed`] evaluates it, a = d²/(|Φ|/Φ_max + d²) and
-//! b = l²/(l² + core²): the gradient's greatest stretch is s for what turns about C, and |1 − 2a − b| s along the ray. Both
-//! shares grow with the distance and s falls, so the greatest steepness in a ball is bounded by s at its nearest point
-//! and a and b at its farthest.
+//! For a local field s(p) (p − C), with s as [`crate::packed`] evaluates it, a = d²/(|Φ|/Φ_max + d²) and b =
+//! l²/(l² + core²): the gradient's greatest stretch is s for what turns about C, and |1 − 2a − b| s along the
+//! ray. Both shares grow with the distance and s falls, so the greatest steepness in a ball is bounded by s
+//! at its nearest point and a and b at its farthest.
 
 use fearless_simd::{Select, Simd};
 
@@ -15,8 +16,8 @@ use crate::{
 /// Greatest steepness [1/s] that is told apart: sums and squares of it stay finite.
 const GREATEST: f32 = 1e12;
 
-/// An upper bound of ‖∇V‖ [1/s] in balls of radius `reach` [m] around points [m, relative to the origin of `packed`];
-/// with a reach of zero, at the points. The same bytes at every level.
+/// An upper bound of ‖∇V‖ [1/s] in balls of radius `reach` [m] around points [m, relative to the origin of
+/// `packed`]; with a reach of zero, at the points. The same bytes at every level.
 #[inline(always)]
 pub fn steepness<S: Simd, V: Lanes<S>>(simd: S, packed: &Packed, p: [V; 3], reach: V) -> V {
     let mut sum = V::splat(simd, 0.0);

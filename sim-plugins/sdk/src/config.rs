@@ -12,8 +12,8 @@ pub struct SceneInfo {
     pub name: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// Metres per unit of the scene's lengths. The host has used it: where the schema of a configuration names a unit
-    /// (`x-unit`), the number that comes is in metres.
+    /// Metres per unit of the scene's lengths. The host has used it: where the schema of a configuration
+    /// names a unit (`x-unit`), the number that comes is in metres.
     pub scale: f64,
     /// The fixed step [s].
     pub dt: f64,

@@ -22,7 +22,8 @@ use crate::{
     step::{Output, StepInput, events},
 };
 
-// ------------------------------------------------------------------------------------------------------- descriptors
+// -------------------------------------------------------------------------------------------------------
+// descriptors
 
 /// A pointer to a descriptor that may stand in a static.
 #[doc(hidden)]
@@ -44,8 +45,8 @@ pub struct Slot {
     fill: fn() -> Result<(abi::Descriptor, Texts), String>,
 }
 
-// SAFETY: the descriptor is written by `open` and `close` only, which `Slots` locks, while the host does not read it:
-// it reads between its own open and close.
+// SAFETY: the descriptor is written by `open` and `close` only, which `Slots` locks, while the host does not
+// read it: it reads between its own open and close.
 unsafe impl Sync for Slot {}
 
 impl Slot {
@@ -72,7 +73,8 @@ const NO_DESCRIPTOR: abi::Descriptor = abi::Descriptor {
     create: None,
 };
 
-/// The slots of a library, and how many times it is open (a program that links a model may open it more than once).
+/// The slots of a library, and how many times it is open (a program that links a model may open it more than
+/// once).
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Slots<const N: usize> {
@@ -114,7 +116,8 @@ pub unsafe fn open<const N: usize>(slots: &'static Slots<N>, host: *const abi::H
             for slot in &slots.slots {
                 let (descriptor, texts) = (slot.fill)()?;
                 *slot.texts.lock().unwrap_or_else(PoisonError::into_inner) = Some(texts);
-                // SAFETY: nobody has the library open, and the lock is held: nobody reads or writes the descriptor.
+                // SAFETY: nobody has the library open, and the lock is held: nobody reads or writes the
+                // descriptor.
                 unsafe { *slot.descriptor.get() = descriptor };
             }
         }
@@ -235,7 +238,8 @@ fn describe<T: Plugin>() -> Result<(abi::Descriptor, Texts), String> {
     Ok((descriptor, texts))
 }
 
-/// The entry of a model that is linked into the program (tests, benches): as [`crate::export!`] makes it for a library.
+/// The entry of a model that is linked into the program (tests, benches): as [`crate::export!`] makes it for
+/// a library.
 pub fn entry<T: Plugin>() -> &'static abi::Entry {
     static LINKED: Mutex<Option<HashMap<TypeId, Linked>>> = Mutex::new(None);
 
@@ -277,7 +281,8 @@ pub fn entry<T: Plugin>() -> &'static abi::Entry {
     linked::<T>().entry
 }
 
-// --------------------------------------------------------------------------------------------------------- instances
+// ---------------------------------------------------------------------------------------------------------
+// instances
 
 /// One instance: the plugin's value and what the SDK keeps for it.
 struct Shell<T> {

@@ -11,16 +11,17 @@ use std::{
 type Record = RefCell<Option<String>>;
 
 thread_local! {
-    /// The record of the guarded call that runs on this thread. Without a destructor: one would keep the library mapped
-    /// after the host closed it.
+    /// The record of the guarded call that runs on this thread. Without a destructor: one would keep the
+    /// library mapped after the host closed it.
     static RECORD: Cell<*const Record> = const { Cell::new(std::ptr::null()) };
 }
 
 /// A panic of a job, on its way up the thread that waited for the jobs.
 struct Relayed(String);
 
-/// Puts the hook in place that records a guarded call's message. Other panics (of a program into which a model is
-/// linked) go to the hook that was there before. std's own hook must not see ours: it would keep the library mapped.
+/// Puts the hook in place that records a guarded call's message. Other panics (of a program into which a
+/// model is linked) go to the hook that was there before. std's own hook must not see ours: it would keep the
+/// library mapped.
 pub(crate) fn install_hook() {
     static INSTALLED: Once = Once::new();
     INSTALLED.call_once(|| {
@@ -30,8 +31,8 @@ pub(crate) fn install_hook() {
             if record.is_null() {
                 return before(info);
             }
-            // SAFETY: `catch` on this very thread set the pointer to a value on its stack frame, which is below us, and
-            // clears it before that frame ends.
+            // SAFETY: `catch` on this very thread set the pointer to a value on its stack frame, which is
+            // below us, and clears it before that frame ends.
             if let Ok(mut record) = unsafe { &*record }.try_borrow_mut() {
                 *record = Some(describe(info));
             }

@@ -22,7 +22,8 @@ unsafe impl Growable for abi::Writer {}
 // SAFETY: as above.
 unsafe impl Growable for abi::Reader {}
 
-/// Reads `min(size, sizeof)` bytes and takes the rest as zero; None for NULL, a misaligned pointer, or no size.
+/// Reads `min(size, sizeof)` bytes and takes the rest as zero; None for NULL, a misaligned pointer, or no
+/// size.
 ///
 /// # Safety
 /// A pointer that is neither NULL nor misaligned points to as many bytes as the `u32` there says.
@@ -36,8 +37,8 @@ pub(crate) unsafe fn read_sized<T: Growable>(pointer: *const T) -> Option<T> {
         return None;
     }
     let mut value = std::mem::MaybeUninit::<T>::zeroed();
-    // SAFETY: both sides have at least that many bytes and do not overlap; all-zero is a valid value, and what the other
-    // side wrote is one, too.
+    // SAFETY: both sides have at least that many bytes and do not overlap; all-zero is a valid value, and
+    // what the other side wrote is one, too.
     unsafe {
         std::ptr::copy_nonoverlapping(
             pointer.cast::<u8>(),
@@ -72,14 +73,15 @@ pub enum TextureFormat {
     Linear = abi::TEXTURE_RGBA8,
 }
 
-/// The host's services that belong to no step: log, watchdog, textures. It may be kept as long as the instance lives.
+/// The host's services that belong to no step: log, watchdog, textures. It may be kept as long as the
+/// instance lives.
 #[derive(Clone, Copy, Debug)]
 pub struct Host {
     raw: abi::Host,
 }
 
-// SAFETY: the contract allows these services from any thread of the generation; the pointers belong to the host and stay
-// valid until the instance is destroyed.
+// SAFETY: the contract allows these services from any thread of the generation; the pointers belong to the
+// host and stay valid until the instance is destroyed.
 unsafe impl Send for Host {}
 // SAFETY: as above.
 unsafe impl Sync for Host {}
@@ -107,8 +109,8 @@ impl Host {
         }
     }
 
-    /// A figure for people who look at the module in the panel; the last value of each name is shown. Names are few and short
-    /// (32 of 64 bytes), and the same in every step.
+    /// A figure for people who look at the module in the panel; the last value of each name is shown. Names
+    /// are few and short (32 of 64 bytes), and the same in every step.
     pub fn figure(&self, name: &str, value: f64) {
         if let Some(figure) = self.raw.figure {
             // SAFETY: as in `log`.
@@ -130,10 +132,11 @@ impl Host {
         self.raw.should_stop.is_some_and(|ask| unsafe { ask(self.raw.ctx) } != 0)
     }
 
-    /// Makes a texture of `width * height` texels of four bytes each, row after row. In `create` and in a step, not in its jobs.
+    /// Makes a texture of `width * height` texels of four bytes each, row after row. In `create` and in a
+    /// step, not in its jobs.
     ///
-    /// `Err`: sizes and their number have limits. Turned into the error of a create or a step, it leaves the word to the host,
-    /// which says them.
+    /// `Err`: sizes and their number have limits. Turned into the error of a create or a step, it leaves the
+    /// word to the host, which says them.
     pub fn texture(
         &self,
         name: &str,
@@ -157,7 +160,8 @@ impl Host {
             name: c_name.as_ptr(),
         };
         let mut id = 0;
-        // SAFETY: the texture's pointers lead to living memory of the size that it says; the host copies what it keeps.
+        // SAFETY: the texture's pointers lead to living memory of the size that it says; the host copies what
+        // it keeps.
         match unsafe { create(self.raw.ctx, &texture, &mut id) } {
             abi::OK => Ok(Texture { host: *self, id }),
             _ => Err(refused()),
@@ -170,7 +174,8 @@ impl Host {
     }
 }
 
-/// A texture that the host keeps for this instance. Dropped, it is gone: nothing that is emitted from then on may name it.
+/// A texture that the host keeps for this instance. Dropped, it is gone: nothing that is emitted from then on
+/// may name it.
 #[derive(Debug)]
 pub struct Texture {
     host: Host,
@@ -187,8 +192,8 @@ impl Texture {
 impl Drop for Texture {
     fn drop(&mut self) {
         if let Some(destroy) = self.host.raw.texture_destroy {
-            // SAFETY: a service with a number; like the instance that holds this value, it ends before the host's table does.
-            // A refusal leaves a texture that nothing names.
+            // SAFETY: a service with a number; like the instance that holds this value, it ends before the
+            // host's table does. A refusal leaves a texture that nothing names.
             let _ = unsafe { destroy(self.host.raw.ctx, self.id) };
         }
     }

@@ -1,4 +1,5 @@
-//! The safe side of the contract `reef_sim.h`: implement [`Plugin`], write [`export!`], get a library that Reef loads.
+//! The safe side of the contract `reef_sim.h`: implement [`Plugin`], write [`export!`], get a library that
+//! Reef loads.
 //!
 //! ```
 //! use reef_sdk::prelude::*;
@@ -60,9 +61,9 @@
 //! # assert_eq!(reef_sdk::entry::<Markers>().descriptor_count, 1);
 //! ```
 //!
-//! What the crate takes care of: sizes of growable structs, parameters (stored, clamped, saved, loaded), state that is
-//! loaded wholly or not at all, and panics — they are caught on this side, in every entry and every job, and become
-//! `REEF_FATAL` with the message.
+//! What the crate takes care of: sizes of growable structs, parameters (stored, clamped, saved, loaded),
+//! state that is loaded wholly or not at all, and panics — they are caught on this side, in every entry and
+//! every job, and become `REEF_FATAL` with the message.
 
 #![deny(unsafe_code)]
 
@@ -112,8 +113,9 @@ pub mod prelude {
     };
 }
 
-/// One simulation module. Each module of a scene is one value of this type; the host makes it with [`Plugin::create`]
-/// and calls [`Plugin::step`] once per simulation step, never two calls on one value at a time.
+/// One simulation module. Each module of a scene is one value of this type; the host makes it with
+/// [`Plugin::create`] and calls [`Plugin::step`] once per simulation step, never two calls on one value at a
+/// time.
 pub trait Plugin: Sized + Send + 'static {
     /// Stable identifier, `vendor.name`: scene files and saved states name it.
     const ID: &'static str;
@@ -130,8 +132,8 @@ pub trait Plugin: Sized + Send + 'static {
     /// The oldest version that [`Plugin::load`] reads.
     const STATE_MIN_VERSION: u32;
 
-    /// The module's table in a scene file. Refuse unknown keys (`#[serde(deny_unknown_fields)]`); doc comments become the
-    /// descriptions of the JSON Schema.
+    /// The module's table in a scene file. Refuse unknown keys (`#[serde(deny_unknown_fields)]`); doc
+    /// comments become the descriptions of the JSON Schema.
     type Config: serde::de::DeserializeOwned + schemars::JsonSchema;
 
     /// Parameters that can change while the sea runs. The SDK stores their values: read them from
@@ -143,13 +145,14 @@ pub trait Plugin: Sized + Send + 'static {
     /// Makes an instance. An error names the place in the configuration.
     fn create(host: &Host, scene: &SceneInfo, config: Self::Config) -> Result<Self, ConfigError>;
 
-    /// A parameter's value right after [`Plugin::create`], where the configuration says something other than the
-    /// declared default.
+    /// A parameter's value right after [`Plugin::create`], where the configuration says something other than
+    /// the declared default.
     fn initial_param(&self, param: &Param) -> f64 {
         param.default
     }
 
-    /// Advances by `input.dt()` seconds and emits the new state. With dt = 0: emits the present state, changes nothing.
+    /// Advances by `input.dt()` seconds and emits the new state. With dt = 0: emits the present state,
+    /// changes nothing.
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError>;
 
     /// Back to the state right after [`Plugin::create`]. Without this method the SDK makes the instance anew.
@@ -160,12 +163,13 @@ pub trait Plugin: Sized + Send + 'static {
     /// Writes everything that a later step depends on, but parameters (the SDK saves them).
     fn save(&self, state: &mut StateWriter);
 
-    /// Takes over what [`Plugin::save`] wrote. Called on a fresh instance of the same configuration, which replaces the
-    /// running one only on success: whatever this method did before it failed has no effect.
+    /// Takes over what [`Plugin::save`] wrote. Called on a fresh instance of the same configuration, which
+    /// replaces the running one only on success: whatever this method did before it failed has no effect.
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError>;
 }
 
-/// Makes the types' plugins the library's: defines the one exported symbol, `reef_sim_entry`. Once per `cdylib`.
+/// Makes the types' plugins the library's: defines the one exported symbol, `reef_sim_entry`. Once per
+/// `cdylib`.
 ///
 /// ```ignore
 /// reef_sdk::export!(Anemones);

@@ -1,5 +1,5 @@
-//! Holds numbers against the ranges of their own JSON Schema, so that a configuration which reaches the module without the
-//! scene reader is refused in the same places.
+//! Holds numbers against the ranges of their own JSON Schema, so that a configuration which reaches the
+//! module without the scene reader is refused in the same places.
 
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -21,8 +21,8 @@ pub struct StepInput<'a> {
     events: &'a [abi::Event],
 }
 
-// SAFETY: all pointers in `raw` lead to data that the host keeps unchanged during the step; everything else is shared
-// references to plain data.
+// SAFETY: all pointers in `raw` lead to data that the host keeps unchanged during the step; everything else
+// is shared references to plain data.
 unsafe impl Sync for StepInput<'_> {}
 // SAFETY: as above.
 unsafe impl Send for StepInput<'_> {}
@@ -199,7 +199,8 @@ impl<'a> StepInput<'a> {
         self.events
     }
 
-    /// Present value of the parameter `id`; its events of this step are in it. 0 for an id that is not declared.
+    /// Present value of the parameter `id`; its events of this step are in it. 0 for an id that is not
+    /// declared.
     pub fn param(&self, id: u32) -> f64 {
         self.params.get(id).unwrap_or(0.0)
     }
@@ -237,16 +238,16 @@ impl<'a> StepInput<'a> {
         if out.is_null() || !out.is_aligned() {
             return Err(StepError::Error("the host's scratch memory is unusable".into()));
         }
-        // SAFETY: the host gave that many bytes, for this step, to nobody else; zeroing initialises them, and T is plain
-        // data.
+        // SAFETY: the host gave that many bytes, for this step, to nobody else; zeroing initialises them, and
+        // T is plain data.
         unsafe {
             std::ptr::write_bytes(out, 0, count);
             Ok(std::slice::from_raw_parts_mut(out, count))
         }
     }
 
-    /// Velocity of the sea at points relative to `origin` [m], by the host's own field; what the object `owner` emits is
-    /// left out (0: nothing is). All slices must be of one length.
+    /// Velocity of the sea at points relative to `origin` [m], by the host's own field; what the object
+    /// `owner` emits is left out (0: nothing is). All slices must be of one length.
     pub fn sample_flow(
         &self,
         origin: [f64; 3],
@@ -330,8 +331,8 @@ impl<'a> Output<'a> {
         if out.is_null() || !out.is_aligned() {
             return Err(StepError::Error("the host's output memory is unusable".into()));
         }
-        // SAFETY: the host gave room for `count` initialised elements, which stays in place until the step ends because
-        // the stream is reserved once; T is plain data.
+        // SAFETY: the host gave room for `count` initialised elements, which stays in place until the step
+        // ends because the stream is reserved once; T is plain data.
         Ok(unsafe { std::slice::from_raw_parts_mut(out, count) })
     }
 

@@ -10,13 +10,15 @@ use reef_abi as abi;
 
 use crate::guard;
 
-/// The host's workers during one step, or none (tests, benches): then everything runs inline, with the same result.
+/// The host's workers during one step, or none (tests, benches): then everything runs inline, with the same
+/// result.
 #[derive(Clone, Copy, Debug)]
 pub struct Workers<'a> {
     host: Option<&'a abi::Host>,
 }
 
-// SAFETY: the contract allows parallel_for from the step and from jobs, hence from any thread of the generation.
+// SAFETY: the contract allows parallel_for from the step and from jobs, hence from any thread of the
+// generation.
 unsafe impl Send for Workers<'_> {}
 // SAFETY: as above.
 unsafe impl Sync for Workers<'_> {}
@@ -30,8 +32,8 @@ impl<'a> Workers<'a> {
     /// The workers of a host that somebody made by hand: for tests of models.
     ///
     /// # Safety
-    /// Its `parallel_for`, where it has one, keeps the contract: it runs each index once, concurrent jobs on different workers
-    /// below `worker_count`, and returns when all are done.
+    /// Its `parallel_for`, where it has one, keeps the contract: it runs each index once, concurrent jobs on
+    /// different workers below `worker_count`, and returns when all are done.
     pub unsafe fn of_host(host: &'a abi::Host) -> Self {
         Self::of(host)
     }
@@ -45,9 +47,9 @@ impl<'a> Workers<'a> {
         self.host.map_or(1, |host| (host.worker_count as usize).max(1))
     }
 
-    /// Calls `job(index, worker)` for each index below `count` and returns when all are done. A panic of a job goes on
-    /// in the caller when the others are done. Which worker runs what is not defined: write only what belongs to
-    /// `index`.
+    /// Calls `job(index, worker)` for each index below `count` and returns when all are done. A panic of a
+    /// job goes on in the caller when the others are done. Which worker runs what is not defined: write only
+    /// what belongs to `index`.
     pub fn for_each(&self, count: usize, job: impl Fn(usize, usize) + Sync) {
         let parallel_for = self.host.and_then(|host| host.parallel_for.map(|f| (host.ctx, f)));
         let (Some((ctx, parallel_for)), true) = (parallel_for, count > 1) else {
@@ -56,7 +58,8 @@ impl<'a> Workers<'a> {
         };
         assert!(u32::try_from(count).is_ok(), "at most 2^32 - 1 jobs at once, not {count}");
         let shared = Shared { job, failure: Mutex::new(None) };
-        // SAFETY: `shared` outlives the call, which returns when all jobs are done; `run` takes that very type.
+        // SAFETY: `shared` outlives the call, which returns when all jobs are done; `run` takes that very
+        // type.
         let status = unsafe {
             parallel_for(ctx, count as u32, trampoline_of(&shared), (&raw const shared).cast_mut().cast())
         };
@@ -66,8 +69,8 @@ impl<'a> Workers<'a> {
         assert!(status == abi::OK, "the host's parallel_for failed with status {status}");
     }
 
-    /// Calls `job(index, part)` for each part of a [`Split`] (one [`Chunks`] or [`Parts`], or a tuple of them, cut into
-    /// the same number of pieces). Panics when the numbers of pieces differ.
+    /// Calls `job(index, part)` for each part of a [`Split`] (one [`Chunks`] or [`Parts`], or a tuple of
+    /// them, cut into the same number of pieces). Panics when the numbers of pieces differ.
     pub fn for_each_part<S: Split>(&self, split: S, job: impl Fn(usize, S::Part) + Sync) {
         let count = split.checked_count();
         let split = &split;
@@ -75,8 +78,9 @@ impl<'a> Workers<'a> {
         self.for_each(count, |index, _| job(index, unsafe { split.part(index) }));
     }
 
-    /// As [`Workers::for_each_part`], and lends each job one of `states`: scratch space that no two concurrent jobs
-    /// share. Its content must not influence the result. Panics with fewer states than [`Workers::count`].
+    /// As [`Workers::for_each_part`], and lends each job one of `states`: scratch space that no two
+    /// concurrent jobs share. Its content must not influence the result. Panics with fewer states than
+    /// [`Workers::count`].
     pub fn for_each_part_with<S: Split, W: Send>(
         &self,
         states: &mut [W],
@@ -127,8 +131,8 @@ fn trampoline_of<F: Fn(usize, usize) + Sync>(_: &Shared<F>) -> abi::Job {
 }
 
 unsafe extern "C" fn trampoline<F: Fn(usize, usize) + Sync>(user: *mut c_void, index: u32, worker: u32) {
-    // SAFETY: `for_each` passes its `Shared<F>`, which is shared (never mutated but through its lock) until all jobs are
-    // done.
+    // SAFETY: `for_each` passes its `Shared<F>`, which is shared (never mutated but through its lock) until
+    // all jobs are done.
     let shared = unsafe { &*user.cast_const().cast::<Shared<F>>() };
     if let Err(message) = guard::catch(|| (shared.job)(index as usize, worker as usize)) {
         let mut failure = shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
@@ -240,8 +244,8 @@ unsafe impl<'a, T: Send> Split for Parts<'a, T> {
 
     unsafe fn part(&self, index: usize) -> &'a mut [T] {
         let (start, end) = (self.bounds[index], self.bounds[index + 1]);
-        // SAFETY: `new` checked that the bounds grow inside the slice, which it borrowed for 'a; the caller takes each
-        // part once.
+        // SAFETY: `new` checked that the bounds grow inside the slice, which it borrowed for 'a; the caller
+        // takes each part once.
         unsafe { std::slice::from_raw_parts_mut(self.data.add(start), end - start) }
     }
 }

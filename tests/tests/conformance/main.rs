@@ -1,5 +1,5 @@
-//! `reef plugin check`: Reef's own plugins pass, each check catches a fault that is planted for it, and nothing that a plugin
-//! does confuses the checker. Where there are no guards there is no checker.
+//! `reef plugin check`: Reef's own plugins pass, each check catches a fault that is planted for it, and
+//! nothing that a plugin does confuses the checker. Where there are no guards there is no checker.
 #![cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 
 mod command;

@@ -1,4 +1,5 @@
-//! Reef's own plugins, the examples in all languages: all pass. (The scaffolds are checked where they are built.)
+//! Reef's own plugins, the examples in all languages: all pass. (The scaffolds are checked where they are
+//! built.)
 
 use std::{path::Path, process::Command};
 

@@ -1,5 +1,5 @@
-//! For every check a fault that it catches, and that nothing but it catches: the library reef_fixture_faulty breaks one rule
-//! at a time. What stands in the file is changed in a copy.
+//! For every check a fault that it catches, and that nothing but it catches: the library reef_fixture_faulty
+//! breaks one rule at a time. What stands in the file is changed in a copy.
 
 use std::{
     fs,
@@ -236,8 +236,9 @@ fn nodelete(bytes: &mut [u8]) {
     bytes[found.expect("a library that is bound at once has flags") + 8] |= NODELETE;
 }
 
-/// Which checks look at the library with fault number `number`: all with `REEF_PLANTED=all`, which takes minutes; else the
-/// fault's family, and of the others a twelfth, others for each fault. What these need looks, too.
+/// Which checks look at the library with fault number `number`: all with `REEF_PLANTED=all`, which takes
+/// minutes; else the fault's family, and of the others a twelfth, others for each fault. What these need
+/// looks, too.
 fn lookers(number: usize) -> Vec<&'static str> {
     let family = |name: &'static str| name.split('-').next();
     let all = std::env::var("REEF_PLANTED").is_ok_and(|value| value == "all");

@@ -1,4 +1,5 @@
-//! Whatever a plugin does in a check's process, the checker goes on, says what happened, and leaves nothing behind.
+//! Whatever a plugin does in a check's process, the checker goes on, says what happened, and leaves nothing
+//! behind.
 
 use std::{
     fs,

@@ -1,5 +1,5 @@
-//! `reef render` and `reef validate`, as a person and a program meet them: planted faults are found, goldens are held,
-//! places that cannot be written are refused.
+//! `reef render` and `reef validate`, as a person and a program meet them: planted faults are found, goldens
+//! are held, places that cannot be written are refused.
 
 mod meshes;
 mod subjects;
@@ -84,7 +84,8 @@ fn a_scene_is_blessed_then_matches_and_a_changed_or_missing_golden_fails() {
     assert!(same.status.success(), "{}", told(&same));
     assert!(report.join("index.html").exists() && report.join("small-difference.png").exists());
 
-    // The golden of another size stands for any other picture: what differs pixel by pixel is tested beside the code.
+    // The golden of another size stands for any other picture: what differs pixel by pixel is tested beside
+    // the code.
     fs::copy(report.join("small-difference.png"), golden(assets.path())).unwrap();
     let other = reef(assets.path(), &["validate"], None);
     assert_eq!(other.status.code(), Some(1), "{}", told(&other));

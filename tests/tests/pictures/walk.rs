@@ -1,5 +1,6 @@
-//! A walk through the levels of detail of suspended particles: nothing pops. The mean brightness of the picture changes by less
-//! than 1 % from frame to frame at 1 m/s, where fog becomes particles, where masters and slaves part, and at the box's face.
+//! A walk through the levels of detail of suspended particles: nothing pops. The mean brightness of the
+//! picture changes by less than 1 % from frame to frame at 1 m/s, where fog becomes particles, where masters
+//! and slaves part, and at the box's face.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! A plugin in a library of its own whose fault its configuration chooses: each gives a clear error, the host lives, and
-//! other instances go on.
+//! A plugin in a library of its own whose fault its configuration chooses: each gives a clear error, the host
+//! lives, and other instances go on.
 
 use reef_plugin::{Health, Instance, PluginError, StepStatus};
 use reef_tests::{

@@ -1,4 +1,5 @@
-//! The guide for plugin authors: its code stands in files that tests build, its links lead somewhere, its commands exist.
+//! The guide for plugin authors: its code stands in files that tests build, its links lead somewhere, its
+//! commands exist.
 
 use std::{collections::BTreeSet, fs, process::Command};
 

@@ -1,5 +1,6 @@
-//! What a plugin does beyond bad numbers and bad pointers — it throws, ends the program, takes the guards away, is at fault while
-//! it is loaded or unloaded, writes to what it was lent: the program lives, names it, and keeps the result.
+//! What a plugin does beyond bad numbers and bad pointers — it throws, ends the program, takes the guards
+//! away, is at fault while it is loaded or unloaded, writes to what it was lent: the program lives, names it,
+//! and keeps the result.
 
 use std::fs;
 
@@ -9,7 +10,8 @@ use reef_tests::{
     hostile::{Met, folder, meet, meet_in, sim},
 };
 
-/// The sum over all streams and states of the five steps, as it is without a fault; None: there is no compiler.
+/// The sum over all streams and states of the five steps, as it is without a fault; None: there is no
+/// compiler.
 fn sound() -> Option<String> {
     let met = sim("nothing@nowhere")?;
     assert_eq!(met.code, Some(0), "{}", met.text);
@@ -20,7 +22,8 @@ fn hash(met: &Met) -> Option<String> {
     met.text.lines().find_map(|line| line.strip_prefix("hash ")).map(str::to_owned)
 }
 
-/// The plugin is stopped in `call` for `reason`: what came before is kept, and the exit code says that something failed.
+/// The plugin is stopped in `call` for `reason`: what came before is kept, and the exit code says that
+/// something failed.
 fn is_contained(wish: &str, call: &str, reason: &str) {
     let Some(met) = sim(wish) else { return };
     let told = format!("plugin `fixture.hostile`: {call} was stopped: {reason}");

@@ -1,5 +1,5 @@
-//! Plugins as a host meets them: good ones, broken files, faults of every kind, and always this build's libraries.
-//! What needs guards runs where there are guards.
+//! Plugins as a host meets them: good ones, broken files, faults of every kind, and always this build's
+//! libraries. What needs guards runs where there are guards.
 
 mod bad_libraries;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]

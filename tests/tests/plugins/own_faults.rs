@@ -1,5 +1,5 @@
-//! The host's own faults are nobody else's: with the guards in place, and even in a service that a plugin called, they end the
-//! program as they always did.
+//! The host's own faults are nobody else's: with the guards in place, and even in a service that a plugin
+//! called, they end the program as they always did.
 
 use std::{hint, os::unix::process::ExitStatusExt, ptr, time::Duration};
 

@@ -1,4 +1,5 @@
-//! Plugins that break the contract in ways that the SDK does not allow: entries linked into this test, stepped by the host.
+//! Plugins that break the contract in ways that the SDK does not allow: entries linked into this test,
+//! stepped by the host.
 
 use std::{
     ffi::{CString, c_char, c_void},

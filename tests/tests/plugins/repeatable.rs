@@ -108,8 +108,8 @@ fn the_kelp_bends_until_lift_holds_drag_and_stands_still_for_dt_0() {
     let still = settled(&Sea { flow: vec![], ..Sea::default() }, 1.0);
     assert!(still.iter().any(|slope| slope.abs() > 0.01), "no stalk is quite straight");
     for stiffness in [1.0_f32, 4.0] {
-        // A minute is 57 time constants: the slope is (0.2 m/s)² over the lift's 0.02 m²/s², to the rounding of positions
-        // (1e-7 of a metre over a segment's 0.03 m of height).
+        // A minute is 57 time constants: the slope is (0.2 m/s)² over the lift's 0.02 m²/s², to the rounding
+        // of positions (1e-7 of a metre over a segment's 0.03 m of height).
         let expected = 0.2 * 0.2 / (0.02 * stiffness);
         for (flowing, still) in settled(&Sea::default(), stiffness.into()).into_iter().zip(&still) {
             assert!((flowing - still - expected).abs() < 1e-4, "{flowing} - {still}, expected {expected}");

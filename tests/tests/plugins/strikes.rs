@@ -1,5 +1,5 @@
-//! Code of a plugin that ends in a signal or does not end: the host lives, says what happened, never calls that library again,
-//! and the rest of the sea is as it would have been without it.
+//! Code of a plugin that ends in a signal or does not end: the host lives, says what happened, never calls
+//! that library again, and the rest of the sea is as it would have been without it.
 
 use reef_plugin::{Health, PluginError, StepStatus};
 use reef_tests::{

@@ -1,5 +1,5 @@
-//! Textures that a plugin makes: they go with the outputs that name them, keep their ids over a load and a reset, and end
-//! with their instance.
+//! Textures that a plugin makes: they go with the outputs that name them, keep their ids over a load and a
+//! reset, and end with their instance.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! A library leaves the process when nobody uses it any more, and its code never runs on a thread of the host's own.
+//! A library leaves the process when nobody uses it any more, and its code never runs on a thread of the
+//! host's own.
 
 use std::fs;
 

@@ -54,7 +54,8 @@ fn a_file_that_is_overwritten_in_place_linked_or_written_in_pieces_is_taken_whol
     place.until(3, 0);
     slowly.join().unwrap();
     assert_grows(&mut place, FAST);
-    // The whole length at once, and the bytes later, through a mapping's like: the length alone tells nothing.
+    // The whole length at once, and the bytes later, through a mapping's like: the length alone tells
+    // nothing.
     let (writer, bytes) = (path, another(slow));
     let slowly = std::thread::spawn(move || write_backwards(&writer, &bytes));
     place.until(4, 0);

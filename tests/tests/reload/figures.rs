@@ -1,4 +1,5 @@
-//! What `reef bench churn` and `reef bench reload` measure, in a few seconds and with room for a busy machine.
+//! What `reef bench churn` and `reef bench reload` measure, in a few seconds and with room for a busy
+//! machine.
 
 use std::{
     env, fs,

@@ -46,7 +46,8 @@ fn build_file(features: &str) -> PathBuf {
     kept
 }
 
-/// A sea of this scene, whose modules are all of one build, and that build; each state is saved every so many steps.
+/// A sea of this scene, whose modules are all of one build, and that build; each state is saved every so many
+/// steps.
 fn sea_of(build: &[u8], scene: &str, remember: u64) -> (World, Plugin) {
     let folder = tempfile::tempdir().expect("a folder");
     let library = folder.path().join(library_name());

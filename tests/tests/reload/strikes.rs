@@ -1,6 +1,6 @@
-//! Every kind of fault in every call, again and again: a build is taken up and fails, the sound one takes over, and the sea
-//! is what it would be had there never been another. A few of each by default; `REEF_FAULTS=1000` (`cargo xtask faults`)
-//! makes a thousand.
+//! Every kind of fault in every call, again and again: a build is taken up and fails, the sound one takes
+//! over, and the sea is what it would be had there never been another. A few of each by default;
+//! `REEF_FAULTS=1000` (`cargo xtask faults`) makes a thousand.
 
 use std::{
     env, fs,

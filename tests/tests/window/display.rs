@@ -96,7 +96,8 @@ impl Drop for Display {
     }
 }
 
-/// How lively a picture is: standard deviation of its brightness (0..1) and number of distinct colours at 8 bits.
+/// How lively a picture is: standard deviation of its brightness (0..1) and number of distinct colours at 8
+/// bits.
 pub fn liveliness(picture: &Path) -> (f64, u64) {
     let output = Command::new("convert")
         .arg(picture)

@@ -41,8 +41,8 @@ pub fn linear(srgb: u32) -> [f64; 3] {
     [16, 8, 0].map(|shift| decoded(f64::from((srgb >> shift) & 0xff) / 255.0))
 }
 
-/// sRGB's curve by its usual quarter-power neighbours: x^2.4 as a mix of x², x³ whose greatest error is below half of an
-/// eight-bit step. No power function, so that all machines agree.
+/// sRGB's curve by its usual quarter-power neighbours: x^2.4 as a mix of x², x³ whose greatest error is below
+/// half of an eight-bit step. No power function, so that all machines agree.
 fn decoded(x: f64) -> f64 {
     if x <= 0.04045 {
         return x / 12.92;
@@ -92,8 +92,8 @@ impl Default for Canvas {
 }
 
 impl Canvas {
-    /// Lays a shape over the picture. It is asked for its colour (linear) and its opacity at points of the square from
-    /// −1 to 1, y downward; outside of its reach it has none.
+    /// Lays a shape over the picture. It is asked for its colour (linear) and its opacity at points of the
+    /// square from −1 to 1, y downward; outside of its reach it has none.
     pub fn paint(&mut self, center: [f64; 2], reach: f64, shape: impl Fn([f64; 2]) -> ([f64; 3], f64)) {
         let step = 2.0 / SIDE as f64;
         for (i, texel) in self.texels.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
-//! The textures of what floats in the sea, painted by code: the same pixels on every machine, because only additions,
-//! products, quotients and square roots go into them.
+//! The textures of what floats in the sea, painted by code: the same pixels on every machine, because only
+//! additions, products, quotients and square roots go into them.
 //!
-//! Each is [`SIDE`] by [`SIDE`] texels, sRGB with straight alpha, as PNG files are. Colours are light, so that a sprite's own
-//! colour can tint them.
+//! Each is [`SIDE`] by [`SIDE`] texels, sRGB with straight alpha, as PNG files are. Colours are light, so
+//! that a sprite's own colour can tint them.
 
 pub mod canvas;
 pub mod specks;

@@ -1,4 +1,5 @@
-//! The program and the plugins that belong together: always the files that cargo just named, never older ones.
+//! The program and the plugins that belong together: always the files that cargo just named, never older
+//! ones.
 
 use std::{
     fs,
@@ -18,7 +19,8 @@ pub struct Built {
 
 /// Builds the default members and gathers their plugins in one folder.
 ///
-/// Cargo may leave an older copy of a dynamic library beside the program, so the files are taken from its messages.
+/// Cargo may leave an older copy of a dynamic library beside the program, so the files are taken from its
+/// messages.
 pub fn build() -> Result<Built, Failure> {
     let (program, libraries) = run_cargo(&[])?;
     let program = program.ok_or_else(|| Failure::check("cargo build named no program `reef`"))?;
@@ -71,8 +73,8 @@ fn run_cargo(arguments: &[&str]) -> Result<(Option<PathBuf>, Vec<PathBuf>), Fail
     Ok((program, libraries))
 }
 
-/// Makes `folder` hold copies of exactly these libraries; each copy is renamed into place, so a running sea never
-/// reads half a file.
+/// Makes `folder` hold copies of exactly these libraries; each copy is renamed into place, so a running sea
+/// never reads half a file.
 fn gather(libraries: &[PathBuf], folder: &Path) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
     for entry in fs::read_dir(folder)? {

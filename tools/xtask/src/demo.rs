@@ -1,4 +1,5 @@
-//! `cargo xtask demo`: from a fresh clone to the sea, in a window or, where there is no display, as a picture.
+//! `cargo xtask demo`: from a fresh clone to the sea, in a window or, where there is no display, as a
+//! picture.
 
 use std::{
     env,

@@ -133,7 +133,8 @@ fn test(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
-/// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for a thousand.
+/// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for
+/// a thousand.
 fn faults(arguments: &[String]) -> Outcome {
     let count = match arguments {
         [] => 1000,

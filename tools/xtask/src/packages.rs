@@ -1,4 +1,5 @@
-//! What Reef needs beside Rust: looked for first, installed where that is allowed, named exactly where it is not.
+//! What Reef needs beside Rust: looked for first, installed where that is allowed, named exactly where it is
+//! not.
 
 use std::{
     env,
@@ -107,7 +108,8 @@ fn has_program(name: &str) -> bool {
     env::split_paths(&paths).any(|folder| folder.join(name).is_file())
 }
 
-/// Installs the groups' packages with apt where this user may; false where nothing could be tried or it failed.
+/// Installs the groups' packages with apt where this user may; false where nothing could be tried or it
+/// failed.
 fn install(table: &Value, groups: &[&str]) -> bool {
     if !has_program("apt-get") {
         return false;

@@ -1,7 +1,8 @@
 //! `cargo xtask shaders`: GLSL to the SPIR-V that is committed and embedded.
 //!
-//! The compiler is shaderc, behind a feature of the program: nobody who only builds Reef needs it. This chore finds the
-//! system's shaderc, builds the program with it, lets it compile what changed, and has the result looked at by spirv-val.
+//! The compiler is shaderc, behind a feature of the program: nobody who only builds Reef needs it. This chore
+//! finds the system's shaderc, builds the program with it, lets it compile what changed, and has the result
+//! looked at by spirv-val.
 
 use std::{
     path::{Path, PathBuf},

@@ -1,5 +1,6 @@
-//! `cargo xtask watch PLUGIN [SCENE]`: from a saved source to pixels. Shows the sea, and builds the plugin anew whenever a source
-//! of it, or of a package of this workspace that it is made of, is saved; the running sea takes the new build up by itself.
+//! `cargo xtask watch PLUGIN [SCENE]`: from a saved source to pixels. Shows the sea, and builds the plugin
+//! anew whenever a source of it, or of a package of this workspace that it is made of, is saved; the running
+//! sea takes the new build up by itself.
 
 use std::{
     collections::BTreeMap,

@@ -1,4 +1,5 @@
-//! Calls that the host itself never makes: tables of another size, a writer that is full, a reader that gives little.
+//! Calls that the host itself never makes: tables of another size, a writer that is full, a reader that gives
+//! little.
 
 use std::ffi::c_void;
 
@@ -69,7 +70,8 @@ struct Place(*mut abi::Instance);
 unsafe impl Send for Place {}
 
 impl Plugin {
-    /// Calls `create` with a table of `size` bytes, with nonsense behind it; an instance that comes of it is destroyed.
+    /// Calls `create` with a table of `size` bytes, with nonsense behind it; an instance that comes of it is
+    /// destroyed.
     pub fn create_sized(&self, config: &str, size: u32) -> Result<Filled, PluginError> {
         let id = &self.info().id;
         let fault = |message| PluginError::Fault { plugin: id.clone(), call: "create", message };
@@ -188,7 +190,8 @@ impl Instance {
         let _ = self.step_with(input, &[], move |step, ctx, input, output| {
             let Pointer(seen) = { place };
             let before = float_control();
-            // SAFETY: the instance's function on its control thread; input and output live during the call, and so does `seen`.
+            // SAFETY: the instance's function on its control thread; input and output live during the call,
+            // and so does `seen`.
             unsafe {
                 let status = step(ctx, input, output);
                 seen.cast::<[u64; 2]>().write([before, float_control()]);
@@ -218,7 +221,8 @@ impl Instance {
         self.recorder.committed(stream)
     }
 
-    /// The state's bytes without their envelope, in a writer that has `room` for so many, and is a newer host's or not.
+    /// The state's bytes without their envelope, in a writer that has `room` for so many, and is a newer
+    /// host's or not.
     pub fn save_bare(&mut self, room: usize, newer: bool) -> Result<Vec<u8>, PluginError> {
         let generation = generation(self.plugin())?.number();
         let mut sink = Sink { generation, room, ..Sink::default() };
@@ -228,7 +232,8 @@ impl Instance {
             let Pointer(sink) = { place };
             let size = if newer { grown::<abi::Writer>() } else { size_of::<abi::Writer>() as u32 };
             let writer = Grown::new(abi::Writer { size, spare: 0, ctx: sink, write: Some(write) });
-            // SAFETY: the instance's function on its control thread; the writer and the sink live during the call.
+            // SAFETY: the instance's function on its control thread; the writer and the sink live during the
+            // call.
             raw.save_state.map(|save| unsafe { save(ctx, &writer.known) })
         })
         .map_err(|(_, error)| error)?;
@@ -245,7 +250,8 @@ impl Instance {
             let size = if state.newer { grown::<abi::Reader>() } else { size_of::<abi::Reader>() as u32 };
             let reader = abi::Reader { size, state_version: state.version, ctx: source, read: Some(read) };
             let reader = Grown::new(reader);
-            // SAFETY: the instance's function on its control thread; the reader and the source live during the call.
+            // SAFETY: the instance's function on its control thread; the reader and the source live during
+            // the call.
             raw.load_state.map(|load| unsafe { load(ctx, &reader.known) })
         });
         if result.is_ok() {
@@ -268,7 +274,8 @@ impl Instance {
     fn end(&mut self) -> Result<(), PluginError> {
         let result = self.call("destroy", |ctx: *mut c_void, raw| {
             raw.destroy.map(|destroy| {
-                // SAFETY: the last call on the instance, on its control thread: below it is taken from the table.
+                // SAFETY: the last call on the instance, on its control thread: below it is taken from the
+                // table.
                 unsafe { destroy(ctx) };
                 abi::OK
             })

@@ -1,5 +1,6 @@
-//! Watches what a loaded library calls of others: memory, threads, functions of the C library whose results differ from
-//! system to system. Its table of imported functions is led to counters, which go on to what stood there.
+//! Watches what a loaded library calls of others: memory, threads, functions of the C library whose results
+//! differ from system to system. Its table of imported functions is led to counters, which go on to what
+//! stood there.
 
 use std::{
     ffi::{CStr, c_char, c_void},
@@ -65,7 +66,8 @@ macro_rules! watched {
                             Err(_) => c"",
                         };
                         note(Kind::$kind, NAME);
-                        // SAFETY: `watch` stored the function of this name and type there before it led anybody here.
+                        // SAFETY: `watch` stored the function of this name and type there before it led
+                        // anybody here.
                         unsafe {
                             let before = mem::transmute::<
                                 *mut c_void,

@@ -1,4 +1,5 @@
-//! Memory that a plugin may read during one call: written before it, not to be written by the plugin, and gone afterwards.
+//! Memory that a plugin may read during one call: written before it, not to be written by the plugin, and
+//! gone afterwards.
 
 use std::{ffi::c_void, io, ptr};
 
@@ -143,7 +144,8 @@ impl Instance {
         }
         let report = self.step_with(input, events, move |call, ctx, _, output| {
             let Placed(input) = { step };
-            // SAFETY: the instance's function on its control thread; the input lies in pages that live longer than the call.
+            // SAFETY: the instance's function on its control thread; the input lies in pages that live longer
+            // than the call.
             unsafe { call(ctx, input, output) }
         });
         if withheld == Withheld::Afterwards {

@@ -50,7 +50,8 @@ impl Held {
 }
 
 impl Held {
-    /// What it holds after something that began with `before`. A thread that was joined is there for a moment still.
+    /// What it holds after something that began with `before`. A thread that was joined is there for a moment
+    /// still.
     pub fn after(before: &Self) -> Self {
         let end = Instant::now() + Duration::from_millis(300);
         loop {
@@ -106,7 +107,8 @@ pub fn heap() -> u64 {
     0
 }
 
-/// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point unit.
+/// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point
+/// unit.
 #[cfg(target_arch = "x86_64")]
 pub fn float_control() -> u64 {
     let mut control = 0_u32;
@@ -115,7 +117,8 @@ pub fn float_control() -> u64 {
     u64::from(control & !0x3f) // Without the flags of what has happened.
 }
 
-/// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point unit.
+/// How this thread rounds, and what it does with the smallest numbers: the control bits of its floating-point
+/// unit.
 #[cfg(target_arch = "aarch64")]
 pub fn float_control() -> u64 {
     let control: u64;

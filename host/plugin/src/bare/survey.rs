@@ -97,8 +97,8 @@ impl Library {
         let list = List(entry.descriptors);
         self.enter("descriptor", move || {
             let List(list) = { list };
-            // SAFETY: the entry says that so many pointers are there, each to a descriptor as long as it says. Where that
-            // is not so, the guard around this call takes the fault.
+            // SAFETY: the entry says that so many pointers are there, each to a descriptor as long as it
+            // says. Where that is not so, the guard around this call takes the fault.
             let one = |i: u32| unsafe { Some(look(&read_sized(*list.add(i as usize))?)) };
             (0..entry.descriptor_count.min(MOST)).map(one).collect()
         })

@@ -105,8 +105,8 @@ impl Fate {
 
     /// Runs a call on the control thread while the watchdog looks at it.
     pub(crate) fn watched<R>(&self, watch: Watch, call: impl FnOnce() -> R) -> R {
-        // Only the control thread writes these: plain stores will do. Should the watchdog see the end of a call late and
-        // condemn the next one, it condemns the right generation.
+        // Only the control thread writes these: plain stores will do. Should the watchdog see the end of a
+        // call late and condemn the next one, it condemns the right generation.
         let number = self.call.load(Ordering::Relaxed);
         self.watch.store(watch.to_byte(), Ordering::Relaxed);
         self.call.store(number + 1, Ordering::Release);
@@ -134,7 +134,8 @@ impl Fate {
     /// Its code must never run again; all of its threads have left it.
     pub(crate) fn quarantine(&self) {
         self.quarantined.store(true, Ordering::Release);
-        // The system runs what is left of it when the program ends (destructors of the C runtime): executable again.
+        // The system runs what is left of it when the program ends (destructors of the C runtime): executable
+        // again.
         if let Some(text) = self.text().take() {
             text.allow();
         }

@@ -7,15 +7,16 @@ use std::{
 
 use super::Watch;
 
-/// How long a call may take where nobody looks at a picture that stands still: a run that writes files has no hurry.
+/// How long a call may take where nobody looks at a picture that stands still: a run that writes files has no
+/// hurry.
 const OFFLINE: Duration = Duration::from_secs(60);
 /// How long a plugin may clean up at the most, whoever waits: the results are written by then.
 const END: Duration = Duration::from_secs(2);
 /// The option that says otherwise.
 const OPTION: &str = "--patience SECONDS";
 
-/// How long calls into plugins may take, measured on the busiest thread's processor time (so that a machine with other
-/// work to do condemns nobody), or, for a call that waits, on an eighth of the clock.
+/// How long calls into plugins may take, measured on the busiest thread's processor time (so that a machine
+/// with other work to do condemns nobody), or, for a call that waits, on an eighth of the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// A step: after this its `should_stop` says so. Zero: no limit for any call.

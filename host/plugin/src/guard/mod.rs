@@ -1,10 +1,10 @@
-//! Guards around a plugin's code: a call that ends in a signal (a bad pointer, an illegal instruction, an abort, a full
-//! stack) or does not end at all is left, and the host goes on without that library.
+//! Guards around a plugin's code: a call that ends in a signal (a bad pointer, an illegal instruction, an
+//! abort, a full stack) or does not end at all is left, and the host goes on without that library.
 //!
-//! A guarded call saves the registers that a call preserves and leads the signal handler back to them. Whether a signal is
-//! the plugin's fault follows from the thread's [`marker`](super::marker), never from the program counter; signals of the
-//! host itself go where they went before. What a left call held — memory, locks of the library — stays as it was: its
-//! generation is never called again, nor unloaded.
+//! A guarded call saves the registers that a call preserves and leads the signal handler back to them.
+//! Whether a signal is the plugin's fault follows from the thread's [`marker`](super::marker), never from the
+//! program counter; signals of the host itself go where they went before. What a left call held — memory,
+//! locks of the library — stays as it was: its generation is never called again, nor unloaded.
 //!
 //! Guards exist on Linux, on x86-64 and AArch64. Elsewhere calls go straight through.
 

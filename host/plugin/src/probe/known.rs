@@ -1,5 +1,5 @@
-//! Builds that were loaded without a fault, by the hash of what a program can see of them: a file each, with the ids of its
-//! plugins.
+//! Builds that were loaded without a fault, by the hash of what a program can see of them: a file each, with
+//! the ids of its plugins.
 
 use std::{
     fs::{self, File},

@@ -1,5 +1,6 @@
-//! Builds that nobody knows are loaded first by a process of their own: what is damaged so that the system's loader crashes or
-//! never comes back takes that process down, not this one. What came through is known by its content from then on.
+//! Builds that nobody knows are loaded first by a process of their own: what is damaged so that the system's
+//! loader crashes or never comes back takes that process down, not this one. What came through is known by
+//! its content from then on.
 
 mod known;
 #[cfg(target_os = "linux")]
@@ -38,7 +39,8 @@ struct Verdict {
     refused: Option<String>,
 }
 
-/// The ids of a build's plugins, which was loaded before, by another process or in another run. None: nothing is tried here.
+/// The ids of a build's plugins, which was loaded before, by another process or in another run. None: nothing
+/// is tried here.
 #[cfg(target_os = "linux")]
 pub(crate) fn look(path: &Path, image: &Image<'_>) -> Result<Option<Vec<String>>, Refusal> {
     let Some(probe) = server::offered() else { return Ok(None) };
@@ -66,8 +68,8 @@ pub(crate) fn look(_: &Path, _: &Image<'_>) -> Result<Option<Vec<String>>, Refus
     Ok(None)
 }
 
-/// Does the system's loader take this copy of a build, in another process? For a sea that runs and must not wait: nothing of the
-/// library is run there, which is what the guards are for.
+/// Does the system's loader take this copy of a build, in another process? For a sea that runs and must not
+/// wait: nothing of the library is run there, which is what the guards are for.
 pub(crate) fn glance(copy: &Path) -> Result<(), Refusal> {
     #[cfg(target_os = "linux")]
     if let Some(Verdict { refused: Some(reason), .. }) =

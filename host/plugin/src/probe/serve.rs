@@ -1,5 +1,5 @@
-//! The process that tries builds, from inside: for each path a child of its own loads the library and says what is in it. A child
-//! is bounded in time and memory, and whatever becomes of it is a verdict.
+//! The process that tries builds, from inside: for each path a child of its own loads the library and says
+//! what is in it. A child is bounded in time and memory, and whatever becomes of it is a verdict.
 
 use std::{
     ffi::OsStr,
@@ -26,8 +26,8 @@ const END: u8 = b'\n';
 /// An answer is no longer than this [bytes].
 const LONGEST: u64 = 1 << 20;
 
-/// Answers for each path on standard input, which ends with NUL, until there are no more. Never returns. The process has no other
-/// threads.
+/// Answers for each path on standard input, which ends with NUL, until there are no more. Never returns. The
+/// process has no other threads.
 pub fn serve() -> ! {
     let mut paths = io::stdin().lock();
     let mut answers = io::stdout();
@@ -97,7 +97,8 @@ fn unanswered(in_time: bool, status: i32) -> String {
 /// In the child: lets the system's loader open the library.
 fn glance(path: &Path) -> Verdict {
     use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-    // SAFETY: whatever runs here runs in a process that is there for it, and never ends otherwise than by `say`.
+    // SAFETY: whatever runs here runs in a process that is there for it, and never ends otherwise than by
+    // `say`.
     match unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) } {
         Ok(library) => {
             std::mem::forget(library);
@@ -137,7 +138,8 @@ fn bound() {
     limit(libc::RLIMIT_CORE, 0);
     limit(libc::RLIMIT_AS, MEMORY);
     limit(libc::RLIMIT_CPU, PROCESSOR);
-    // SAFETY: the process leads a group of its own, which ends with its parent; its files are this process's own.
+    // SAFETY: the process leads a group of its own, which ends with its parent; its files are this process's
+    // own.
     unsafe {
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
         libc::setpgid(0, 0);

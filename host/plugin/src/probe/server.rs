@@ -10,7 +10,8 @@ use std::{
 
 use super::{Probe, Verdict};
 
-/// What a request begins with: the library is loaded, opened and described; or the system's loader opens it, and no more.
+/// What a request begins with: the library is loaded, opened and described; or the system's loader opens it,
+/// and no more.
 pub(super) const LOAD: u8 = b'l';
 pub(super) const GLANCE: u8 = b'g';
 

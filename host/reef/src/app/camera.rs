@@ -1,12 +1,15 @@
-//! The window's camera: the scene's own path until somebody takes over, then orbiting a thing or flying freely.
+//! The window's camera: the scene's own path until somebody takes over, then orbiting a thing or flying
+//! freely.
 //!
-//! Pure: it knows neither window nor clock. Every motion is the exact solution of a first-order lag over the given time,
-//! so two half frames give the same view as one whole. What it shows never reaches the simulation.
+//! Pure: it knows neither window nor clock. Every motion is the exact solution of a first-order lag over the
+//! given time, so two half frames give the same view as one whole. What it shows never reaches the
+//! simulation.
 
 use glam::{DQuat, DVec3, EulerRot, Quat};
 use reef_streams::frame::CameraPose;
 
-/// Lag of turning and zooming [s]: short enough to feel attached to the hand, long enough to hide uneven frames.
+/// Lag of turning and zooming [s]: short enough to feel attached to the hand, long enough to hide uneven
+/// frames.
 const HAND_LAG: f64 = 0.06;
 /// Lag of the glide toward a thing that was focused, and back to the scene's path [s].
 const GLIDE_LAG: f64 = 0.22;
@@ -92,7 +95,8 @@ impl Rig {
     }
 }
 
-/// What still separates the shown view from the one that the mode asks for; it fades, so that no change of mode jumps.
+/// What still separates the shown view from the one that the mode asks for; it fades, so that no change of
+/// mode jumps.
 #[derive(Clone, Copy, Debug)]
 struct Residual {
     offset: DVec3,
@@ -175,8 +179,9 @@ impl CameraControl {
         self.mode
     }
 
-    /// Moves on by `dt` seconds and returns the view. `scene` is the scene's camera now, `distance` the distance [m] to
-    /// what stands in the middle of the view (the pivot, should somebody take over in this very frame).
+    /// Moves on by `dt` seconds and returns the view. `scene` is the scene's camera now, `distance` the
+    /// distance [m] to what stands in the middle of the view (the pivot, should somebody take over in this
+    /// very frame).
     pub fn update(
         &mut self,
         dt: f64,

@@ -25,7 +25,8 @@ impl Environment<'_> {
         (self.variable)(name).filter(|value| !value.is_empty())
     }
 
-    /// The system to connect to; None: no display is named. A Wayland display where nobody answers gives way to one of X.
+    /// The system to connect to; None: no display is named. A Wayland display where nobody answers gives way
+    /// to one of X.
     pub(super) fn system(&self) -> Option<System> {
         let x = self.set("DISPLAY").map(|_| System::X11);
         let Some(name) = self.set("WAYLAND_DISPLAY") else {

@@ -60,8 +60,8 @@ impl Gui {
         self.hint.restart();
     }
 
-    /// Gives an event to the panel, and says for whom else it is. Keys go to the panel only while somebody types
-    /// there: else the space bar would press whatever button was clicked last.
+    /// Gives an event to the panel, and says for whom else it is. Keys go to the panel only while somebody
+    /// types there: else the space bar would press whatever button was clicked last.
     pub fn hear(&mut self, window: &Window, event: &WindowEvent) -> Free {
         let typing = self.ctx.text_edit_focused();
         if typing || !matches!(event, WindowEvent::KeyboardInput { .. }) {
@@ -79,8 +79,8 @@ impl Gui {
         Free { pointer: !self.is_over_panel(), keyboard: !typing }
     }
 
-    /// Where the pointer is now, not where it was when the panel was painted: a press may follow a leap of the pointer
-    /// within one frame.
+    /// Where the pointer is now, not where it was when the panel was painted: a press may follow a leap of
+    /// the pointer within one frame.
     fn is_over_panel(&self) -> bool {
         let layer = self.pointer.and_then(|pointer| self.ctx.layer_id_at(pointer));
         self.ctx.egui_is_using_pointer() || layer.is_some_and(|layer| layer.order != egui::Order::Background)

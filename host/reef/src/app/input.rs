@@ -1,5 +1,5 @@
-//! Hands to intentions: keys, buttons and the wheel become camera motion, commands and stirring. Knows no window, so that
-//! every gesture can be tested.
+//! Hands to intentions: keys, buttons and the wheel become camera motion, commands and stirring. Knows no
+//! window, so that every gesture can be tested.
 
 use winit::{event::MouseButton, keyboard::KeyCode};
 
@@ -123,7 +123,8 @@ impl Input {
         self.cursor = Some(now);
     }
 
-    /// A mouse button went down or up at `time` [s]. Over the panel, presses belong to the panel: `free` is false.
+    /// A mouse button went down or up at `time` [s]. Over the panel, presses belong to the panel: `free` is
+    /// false.
     pub fn button(&mut self, button: MouseButton, pressed: bool, free: bool, time: f64) -> Option<Command> {
         if !pressed {
             if matches!(button, MouseButton::Left | MouseButton::Right) {

@@ -12,7 +12,8 @@ use egui::{
 };
 use egui_ash::{DynamicRendering, Options, RenderMode, Renderer, RendererError, allocator::GpuAllocator};
 
-/// egui's pipeline, textures and triangles on the device. Dropped before the context is closed, with the device idle.
+/// egui's pipeline, textures and triangles on the device. Dropped before the context is closed, with the
+/// device idle.
 pub struct Overlay {
     device: ash::Device,
     renderer: Option<Renderer<GpuAllocator>>,
@@ -80,7 +81,8 @@ impl Overlay {
         !self.textures.changed.is_empty() || !self.textures.gone.is_empty()
     }
 
-    /// Brings changed textures to the device. The device has to be idle: no frame in flight may use the old ones.
+    /// Brings changed textures to the device. The device has to be idle: no frame in flight may use the old
+    /// ones.
     pub fn upload(&mut self, queue: vk::Queue) -> Result<(), RendererError> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         for id in self.textures.gone.drain() {
@@ -121,8 +123,9 @@ fn is_srgb(format: vk::Format) -> bool {
     matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB | vk::Format::A8B8G8R8_SRGB_PACK32)
 }
 
-/// Copies of egui's textures. The renderer transitions a texture from UNDEFINED even where only a part of it changes,
-/// which lets a driver throw the rest away; so parts are put together here and textures are always uploaded whole.
+/// Copies of egui's textures. The renderer transitions a texture from UNDEFINED even where only a part of it
+/// changes, which lets a driver throw the rest away; so parts are put together here and textures are always
+/// uploaded whole.
 #[derive(Default)]
 struct Textures {
     images: HashMap<TextureId, (Arc<ColorImage>, egui::TextureOptions)>,

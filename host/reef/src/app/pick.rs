@@ -1,5 +1,5 @@
-//! What lies under the cursor: the sea's things as spheres, the ground as a height field. Shows and pokes, never feeds
-//! the simulation by itself.
+//! What lies under the cursor: the sea's things as spheres, the ground as a height field. Shows and pokes,
+//! never feeds the simulation by itself.
 
 use glam::DVec3;
 use reef_streams::{
@@ -58,8 +58,8 @@ pub fn nearest_thing(ray: &Ray, things: impl Iterator<Item = (u64, DVec3, f64)>)
     best
 }
 
-/// The thing that a person means when nothing lies exactly under the cursor: the smallest angle beside the ray, weighed
-/// with distance, among those in front.
+/// The thing that a person means when nothing lies exactly under the cursor: the smallest angle beside the
+/// ray, weighed with distance, among those in front.
 pub fn meant_thing(ray: &Ray, things: impl Iterator<Item = (u64, DVec3, f64)>) -> Option<Hit> {
     let mut best: Option<(f64, Hit)> = None;
     for (object, centre, radius) in things {

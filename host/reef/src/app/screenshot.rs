@@ -23,8 +23,8 @@ pub enum Error {
     NoName(PathBuf),
 }
 
-/// Writes 8-bit RGBA pixels (sRGB, row after row) as `reef-STEM-NNN.png` with the first free number into the folder. The
-/// file appears with its whole content, or not at all.
+/// Writes 8-bit RGBA pixels (sRGB, row after row) as `reef-STEM-NNN.png` with the first free number into the
+/// folder. The file appears with its whole content, or not at all.
 pub fn save(folder: &Path, stem: &str, size: [u32; 2], rgba: &[u8]) -> Result<PathBuf, Error> {
     let stem: String =
         stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).take(60).collect();

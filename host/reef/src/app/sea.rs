@@ -1,4 +1,5 @@
-//! The sea behind the window: a timeline, what the panel has to know of it, and other scenes that can take its place.
+//! The sea behind the window: a timeline, what the panel has to know of it, and other scenes that can take
+//! its place.
 
 use std::{
     path::{Path, PathBuf},
@@ -163,8 +164,8 @@ impl Sea {
         self.blend = self.timeline.blend();
     }
 
-    /// Takes up what changed since the last frame: newer builds, older ones after a fault, an edited scene. True: modules
-    /// are others now, or have other parameters.
+    /// Takes up what changed since the last frame: newer builds, older ones after a fault, an edited scene.
+    /// True: modules are others now, or have other parameters.
     pub fn tend(&mut self) -> bool {
         let tended = self.live.tend(&mut self.timeline.world);
         if tended.edited {
@@ -272,7 +273,8 @@ impl Sea {
     }
 }
 
-/// Adds a step to the chain of hashes. A module that cannot save its state has told why; then there is no hash.
+/// Adds a step to the chain of hashes. A module that cannot save its state has told why; then there is no
+/// hash.
 fn add(chain: &mut Option<Chain>, world: &mut World) {
     if let Some(running) = chain
         && let Err(error) = running.add(world)

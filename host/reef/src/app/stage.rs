@@ -1,4 +1,5 @@
-//! The window's side of the graphics: surface, swapchain, the sea's passes, the panel's pass, and an orderly end.
+//! The window's side of the graphics: surface, swapchain, the sea's passes, the panel's pass, and an orderly
+//! end.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,8 @@ use super::{
 
 /// Frames on the way at the same time: one is drawn while the next is recorded.
 const FRAMES: usize = 2;
-/// Set to anything but 0: the window runs under the validation layer, and one message of it fails the run (exit code 1).
+/// Set to anything but 0: the window runs under the validation layer, and one message of it fails the run
+/// (exit code 1).
 pub const VALIDATE: &str = "REEF_VALIDATE";
 
 /// Presets, in the panel's order.
@@ -98,7 +100,8 @@ impl Stage {
         self.gpu.info().limits.max_image_dimension2_d as usize
     }
 
-    /// What the panel offers: the presets; fast where the processor draws, everything at its best where a card does.
+    /// What the panel offers: the presets; fast where the processor draws, everything at its best where a
+    /// card does.
     pub fn describe(&self, view: &mut ViewOptions) {
         view.qualities = QUALITIES.iter().map(|(name, _, _)| *name).collect();
         view.quality = match self.gpu.info().kind {

@@ -12,8 +12,8 @@ const FOLLOWS: f64 = 0.6;
 const SPEEDS: (f64, f64) = (0.2, 2.0);
 /// A hand slower than this rests [m/s].
 const RESTS: f64 = 0.02;
-/// How far a poke is felt, as a share of the distance from the eye, within these limits [m]: what is pushed looks
-/// equally large from near and far.
+/// How far a poke is felt, as a share of the distance from the eye, within these limits [m]: what is pushed
+/// looks equally large from near and far.
 const REACH: f64 = 0.16;
 const REACHES: (f64, f64) = (0.06, 1.5);
 

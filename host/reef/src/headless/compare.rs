@@ -16,9 +16,9 @@ pub struct Allowance {
 
 /// For a picture by the driver that made the golden one.
 pub const SAME_DRIVER: Allowance = Allowance { exceptions: 0.001, limit: 16 };
-/// For a picture by another driver: Vulkan leaves it to them where in a pixel the samples are, which pixels a thin line
-/// takes, and how many bits interpolation has, so what differs are the edges of what is thin. (Seen on hardware: up to 0.23 %
-/// of the pixels, by up to 30.)
+/// For a picture by another driver: Vulkan leaves it to them where in a pixel the samples are, which pixels a
+/// thin line takes, and how many bits interpolation has, so what differs are the edges of what is thin. (Seen
+/// on hardware: up to 0.23 % of the pixels, by up to 30.)
 pub const OTHER_DRIVER: Allowance = Allowance { exceptions: 0.005, limit: 64 };
 
 /// How two pictures differ.

@@ -1,4 +1,5 @@
-//! Is a finished film one? The outer boxes of its file tell: the program that wrote it may end well on a full disk.
+//! Is a finished film one? The outer boxes of its file tell: the program that wrote it may end well on a full
+//! disk.
 
 use std::{
     fs::File,
@@ -41,7 +42,8 @@ pub fn look(path: &Path, container: Container) -> Result<(), String> {
     })
 }
 
-/// Boxes one behind the other up to the file's end: `ftyp` first, `moov` (what is where) and `mdat` (pictures).
+/// Boxes one behind the other up to the file's end: `ftyp` first, `moov` (what is where) and `mdat`
+/// (pictures).
 fn mp4(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<(), String>> {
     let (mut at, mut has_index, mut has_pictures) = (0, false, false);
     while at < length {
@@ -76,7 +78,8 @@ const SEGMENT: u32 = 0x1853_8067;
 const TRACKS: u32 = 0x1654_AE6B;
 const CLUSTER: u32 = 0x1F43_B675;
 
-/// An EBML header, then one Segment of a known size up to the file's end, with Tracks and a Cluster (pictures).
+/// An EBML header, then one Segment of a known size up to the file's end, with Tracks and a Cluster
+/// (pictures).
 fn webm(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<(), String>> {
     let (id, size) = element(file)?;
     let Some(size) = size.filter(|_| id == EBML) else {

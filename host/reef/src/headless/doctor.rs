@@ -120,7 +120,8 @@ fn examine(common: &Common) -> Diagnosis {
     Diagnosis { can_render, findings, devices, layers }
 }
 
-/// Draws, computes and reads back something whose result is known, on the device that `--device` names or the best.
+/// Draws, computes and reads back something whose result is known, on the device that `--device` names or the
+/// best.
 fn try_to_draw(common: &Common) -> Result<String, String> {
     let options =
         GpuOptions { device: common.device.clone(), validation: Validation::Off, ..GpuOptions::default() };

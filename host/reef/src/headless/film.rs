@@ -124,7 +124,8 @@ impl Film {
 
     /// All that it said.
     fn words(&self) -> String {
-        // What was said before the end may be on its way still; something that it started may hold the stream open.
+        // What was said before the end may be on its way still; something that it started may hold the stream
+        // open.
         let _ = self.silent.recv_timeout(Duration::from_secs(1));
         last_lines(&self.said.lock().unwrap_or_else(PoisonError::into_inner), TOLD)
     }

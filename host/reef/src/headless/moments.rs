@@ -13,8 +13,8 @@ pub struct Moment {
     pub name: String,
 }
 
-/// A scene's moments in the order of time. `stem`: the name of its file. Without a wish: the middle of what is worth watching,
-/// where things have settled into their motion and nothing has ended.
+/// A scene's moments in the order of time. `stem`: the name of its file. Without a wish: the middle of what
+/// is worth watching, where things have settled into their motion and nothing has ended.
 pub fn moments(stem: &str, world: &World) -> Vec<Moment> {
     let table = &world.scene().file.scene;
     named(stem, &table.moments, table.duration * 0.5, world.clock())

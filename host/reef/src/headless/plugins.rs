@@ -1,4 +1,5 @@
-//! `reef plugin`: what is found, what it says of itself, and what was refused; the doors to the checker and the scaffold.
+//! `reef plugin`: what is found, what it says of itself, and what was refused; the doors to the checker and
+//! the scaffold.
 
 use std::fmt::Write;
 
@@ -32,7 +33,8 @@ pub enum Command {
     Check(check::Args),
     /// Makes a folder with a plugin that builds and moves.
     New(scaffold::Args),
-    /// Loads libraries whose paths come on standard input, each in a process of its own, and says what is in them.
+    /// Loads libraries whose paths come on standard input, each in a process of its own, and says what is in
+    /// them.
     #[cfg(target_os = "linux")]
     #[command(hide = true)]
     Probe,

@@ -1,5 +1,6 @@
-//! `reef shaders`: compiles the folder of shaders into what the program embeds. For those who work on Reef itself; hidden
-//! from the list of commands, and reached through `cargo xtask shaders`, which builds the program with its compiler.
+//! `reef shaders`: compiles the folder of shaders into what the program embeds. For those who work on Reef
+//! itself; hidden from the list of commands, and reached through `cargo xtask shaders`, which builds the
+//! program with its compiler.
 
 use std::{
     collections::BTreeMap,

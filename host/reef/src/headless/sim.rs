@@ -33,7 +33,8 @@ pub struct Args {
     /// How many steps; with --watch without an end where it is not given.
     #[arg(long, value_name = "N", required_unless_present = "watch")]
     pub steps: Option<u64>,
-    /// In real time, taking up newer builds of plugins, and edits of the scene and its species, as they are saved.
+    /// In real time, taking up newer builds of plugins, and edits of the scene and its species, as they are
+    /// saved.
     #[arg(long, conflicts_with_all = ["hash", "record", "load_state", "save_state", "replay", "reload_at"])]
     pub watch: bool,
     /// Load all plugins anew before this step: hashes must not change.

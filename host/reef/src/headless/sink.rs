@@ -21,7 +21,8 @@ pub(super) enum Sink {
 }
 
 impl Sink {
-    /// Tries the place, and begins what the path's ending asks for; pictures have this size [px], `fps` a second.
+    /// Tries the place, and begins what the path's ending asks for; pictures have this size [px], `fps` a
+    /// second.
     pub(super) fn open(path: &Path, size: (u32, u32), fps: f64) -> Result<Self, Failure> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {

@@ -40,7 +40,8 @@ pub struct Args {
     /// Write an HTML page with expected, actual and difference.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Take each thing out of each scene in turn, and fail where the pictures stay as they were: it is not seen.
+    /// Take each thing out of each scene in turn, and fail where the pictures stay as they were: it is not
+    /// seen.
     #[arg(long, conflicts_with_all = ["bless", "report"])]
     pub subjects: bool,
 }

@@ -1,4 +1,5 @@
-//! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene is edited.
+//! `reef sim SCENE --watch`: the sea in real time without a window, while plugins are rebuilt and the scene
+//! is edited.
 
 use reef_command::{Common, open};
 use reef_plugin::{Health, pinned};

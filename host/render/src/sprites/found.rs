@@ -44,9 +44,10 @@ impl Gaze {
         Self { eye: *eye, sides, corner: (1.0 + x + y).sqrt(), back, sizes }
     }
 
-    /// What is too near to be sharp fades: nothing fills the picture. And nothing goes with a jump when the eye passes through
-    /// it, or by its side: where the middle of a sprite is beside the eye, something of it is in the picture, however it is
-    /// turned, only as long as it is nearer than its radius times that of the picture's corner. There it has faded.
+    /// What is too near to be sharp fades: nothing fills the picture. And nothing goes with a jump when the
+    /// eye passes through it, or by its side: where the middle of a sprite is beside the eye, something of it
+    /// is in the picture, however it is turned, only as long as it is nearer than its radius times that of
+    /// the picture's corner. There it has faded.
     pub fn nearness(&self, distance: f32, size: f32) -> f32 {
         let gone = 0.06 + 0.5 * size * self.corner;
         let t = ((distance - gone) / (0.06 + 0.8 * size)).clamp(0.0, 1.0);

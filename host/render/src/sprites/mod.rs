@@ -1,12 +1,13 @@
-//! Which sprites of a step are seen, where, and in which order they are drawn: what the billboard pass uploads.
+//! Which sprites of a step are seen, where, and in which order they are drawn: what the billboard pass
+//! uploads.
 //!
-//! Streams are born on the processor, and most of their sprites are not seen: so they are culled and sorted here, by as many
-//! threads as there are, and only what is left goes to the device. Sorting is by buckets of the distance, and stable: the
-//! same step gives the same bytes.
+//! Streams are born on the processor, and most of their sprites are not seen: so they are culled and sorted
+//! here, by as many threads as there are, and only what is left goes to the device. Sorting is by buckets of
+//! the distance, and stable: the same step gives the same bytes.
 //!
-//! Small sprites are *specks*: one vertex, drawn as a point whose pixels get exactly the share of them that it covers.
-//! Greater ones are *quads* with their texture. Within a slice of distance (a fifth of it) quads come before specks, so that
-//! a picture takes few draws.
+//! Small sprites are *specks*: one vertex, drawn as a point whose pixels get exactly the share of them that
+//! it covers. Greater ones are *quads* with their texture. Within a slice of distance (a fifth of it) quads
+//! come before specks, so that a picture takes few draws.
 
 mod found;
 mod sort;
@@ -103,8 +104,8 @@ const PART_BITS: u32 = 13;
 /// Threads at most.
 const MOST_THREADS: usize = 8;
 
-/// What is seen of a step's sprites. Looking again allocates nothing once it has grown to its greatest size, but for the
-/// threads that help.
+/// What is seen of a step's sprites. Looking again allocates nothing once it has grown to its greatest size,
+/// but for the threads that help.
 #[derive(Debug, Default)]
 pub struct Seen {
     /// From the farthest to the nearest, slice by slice.
@@ -130,8 +131,8 @@ struct Whose {
 }
 
 impl Seen {
-    /// Looks at a step's sprites. `back`: how long before the end of the step the picture is taken [s]; `layer`: of a texture;
-    /// `dot`: of none.
+    /// Looks at a step's sprites. `back`: how long before the end of the step the picture is taken [s];
+    /// `layer`: of a texture; `dot`: of none.
     pub fn look(
         &mut self,
         outputs: &[impl AsRef<Outputs> + Sync],

@@ -5,7 +5,8 @@ use super::Kind;
 /// The bit of a key that tells specks from quads of the same slice.
 const SPECK: u16 = 1 << 9;
 
-/// Sorts from far to near: a slice of the distance, the kind, the distance within the slice. The bits of a float grow with it.
+/// Sorts from far to near: a slice of the distance, the kind, the distance within the slice. The bits of a
+/// float grow with it.
 pub fn key(square: f32, kind: Kind) -> u16 {
     let least = (0.5_f32).powi(10);
     let bits = square.clamp(least, 262_143.0).to_bits() - least.to_bits();

@@ -1,5 +1,5 @@
-//! An edited scene in the place of the running one. Modules whose name, plugin and configuration are the same go on as they
-//! are; the others begin anew. All that takes time is made beforehand, beside the sea.
+//! An edited scene in the place of the running one. Modules whose name, plugin and configuration are the same
+//! go on as they are; the others begin anew. All that takes time is made beforehand, beside the sea.
 
 use std::sync::Arc;
 
@@ -109,8 +109,8 @@ impl World {
         Before { serial: self.serial, modules: known(&self.scene, self.seed) }
     }
 
-    /// Takes up an edited scene; where no module goes on, the sea begins at its first moment. `Err`: it was made for another
-    /// sea than this one is now.
+    /// Takes up an edited scene; where no module goes on, the sea begins at its first moment. `Err`: it was
+    /// made for another sea than this one is now.
     pub fn adopt(&mut self, edition: Edition) -> Result<Adopted, Box<Edition>> {
         if edition.serial != self.serial {
             return Err(Box::new(edition));

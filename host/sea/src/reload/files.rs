@@ -1,10 +1,10 @@
-//! Files that may change while the sea runs, looked at through their folders: a file that is renamed over, made anew or
-//! overwritten in place is read once it is whole, and whatever came last is read last.
+//! Files that may change while the sea runs, looked at through their folders: a file that is renamed over,
+//! made anew or overwritten in place is read once it is whole, and whatever came last is read last.
 //!
-//! A file counts as changed when its bytes differ from those that were read last: no clock is fine enough for builds in a row.
-//! The debug information of libraries is left out, see [`Image`].
-//! It is whole when the kernel says that nobody has it open for writing (see [`super::lease`]); where it does
-//! not tell, when it was closed or renamed into place, or has been quiet for a while.
+//! A file counts as changed when its bytes differ from those that were read last: no clock is fine enough for
+//! builds in a row. The debug information of libraries is left out, see [`Image`]. It is whole when the
+//! kernel says that nobody has it open for writing (see [`super::lease`]); where it does not tell, when it
+//! was closed or renamed into place, or has been quiet for a while.
 
 use std::{
     collections::HashMap,
@@ -51,7 +51,8 @@ fn stamp(file: &File) -> Option<Stamp> {
     #[cfg(unix)]
     let (inode, changed) = {
         use std::os::unix::fs::MetadataExt;
-        // The number of links is part of what changes the last of these, not of the content: cargo links and unlinks.
+        // The number of links is part of what changes the last of these, not of the content: cargo links and
+        // unlinks.
         ((data.dev(), data.ino()), (data.mtime(), data.mtime_nsec()))
     };
     #[cfg(not(unix))]
@@ -131,7 +132,8 @@ impl Files {
             return Err(format!("{} names no file", path.display()));
         };
         let real = self.add_folder(folder, false)?;
-        // A file that is watched already may have changed since it was read: its present stamp would hide that.
+        // A file that is watched already may have changed since it was read: its present stamp would hide
+        // that.
         self.known.entry((real, name.to_owned())).or_insert_with(|| Known {
             stamp: bounded::open(path).ok().as_ref().and_then(stamp),
             ..Known::default()
@@ -208,7 +210,8 @@ impl Files {
         files.chain(folders).min()
     }
 
-    /// Files that changed and are whole now. `whole`: may this content be used, or is it a part of what is to come?
+    /// Files that changed and are whole now. `whole`: may this content be used, or is it a part of what is to
+    /// come?
     pub(super) fn changes(&mut self, whole: impl Fn(&Path, &Image<'_>) -> bool) -> Vec<Change> {
         let now = Instant::now();
         self.find_lost_folders(now);

@@ -13,7 +13,8 @@ pub(super) enum Writers {
     Unknown,
 }
 
-/// A lease on an open file; over when this value is dropped. Whoever opens the file for writing meanwhile waits.
+/// A lease on an open file; over when this value is dropped. Whoever opens the file for writing meanwhile
+/// waits.
 #[derive(Debug)]
 pub(super) struct Lease<'a> {
     #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "leases are Linux's"))]
@@ -31,8 +32,8 @@ impl<'a> Lease<'a> {
     pub(super) fn new(file: &'a File) -> Self {
         use std::os::fd::AsRawFd;
         let fd = file.as_raw_fd();
-        // SAFETY: plain calls on a descriptor that is open. A writer that comes sends SIGURG, which does nothing by default;
-        // the signal of a lease without this, SIGIO, would end the process.
+        // SAFETY: plain calls on a descriptor that is open. A writer that comes sends SIGURG, which does
+        // nothing by default; the signal of a lease without this, SIGIO, would end the process.
         let taken = unsafe {
             libc::fcntl(fd, F_SETSIG, libc::SIGURG) == 0
                 && libc::fcntl(fd, libc::F_SETLEASE, libc::F_RDLCK) == 0

@@ -1,4 +1,5 @@
-//! What was loaded of each library: which generation runs, which older one could take over, what was refused and why.
+//! What was loaded of each library: which generation runs, which older one could take over, what was refused
+//! and why.
 
 use std::{
     path::{Path, PathBuf},
@@ -78,7 +79,8 @@ impl Ledger {
         self.lines.iter_mut().find(|line| line.path == path)
     }
 
-    /// The path under which a file is known: its own, or that of the library of the same name whose newer build it is.
+    /// The path under which a file is known: its own, or that of the library of the same name whose newer
+    /// build it is.
     pub(super) fn known(&self, path: &Path) -> Option<PathBuf> {
         let same = |line: &&Line| line.path == path;
         // Cargo leaves the newer one in `deps` beside the one that is used, or the other way round.
@@ -169,8 +171,9 @@ impl Ledger {
         }
     }
 
-    /// Takes the generations out that nobody needs any more: all but the newest and the last sound one before it, and that one
-    /// too when its place was taken `grace` ago. Whoever drops them waits until they are closed.
+    /// Takes the generations out that nobody needs any more: all but the newest and the last sound one before
+    /// it, and that one too when its place was taken `grace` ago. Whoever drops them waits until they are
+    /// closed.
     pub(super) fn retire(&mut self, world: &World, grace: Duration) -> Vec<(Arc<Library>, Vec<Plugin>)> {
         let mut retired = Vec::new();
         for line in &mut self.lines {

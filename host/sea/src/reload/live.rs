@@ -1,7 +1,7 @@
 //! A sea whose code and scene change while it runs.
 //!
-//! The sea's thread calls [`Live::tend`] between two steps, which never waits; all that takes time happens on the thread of
-//! `workshop`.
+//! The sea's thread calls [`Live::tend`] between two steps, which never waits; all that takes time happens on
+//! the thread of `workshop`.
 
 use std::{
     collections::VecDeque,
@@ -140,8 +140,8 @@ pub struct Setup {
 }
 
 impl Live {
-    /// Begins to watch the files of all plugins and of the scene, and folders for more. Called by the sea's own thread, which
-    /// is woken when there is something to tend.
+    /// Begins to watch the files of all plugins and of the scene, and folders for more. Called by the sea's
+    /// own thread, which is woken when there is something to tend.
     pub fn new(setup: Setup, world: &World) -> Result<Self, String> {
         let Setup { plugins: registry, folders, workers, seed, assets } = setup;
         let (tasks, received) = mpsc::channel();
@@ -161,7 +161,8 @@ impl Live {
         for folder in &folders {
             files.add_folder(folder, true)?;
         }
-        // The scene's, too, and here: what is edited before the thread beside has begun must not pass for what was read.
+        // The scene's, too, and here: what is edited before the thread beside has begun must not pass for
+        // what was read.
         files.add_all(&world.scene().files);
         let sea = thread::current();
         let workshop = Workshop { files, tasks: received, found: telling, sea, workers, stage: None };
@@ -246,7 +247,8 @@ impl Live {
         plugin.map_or_else(Standing::default, |plugin| self.ledger.standing(plugin))
     }
 
-    /// Gives a module that stands still another chance: a new instance of the newest build, from its last good state.
+    /// Gives a module that stands still another chance: a new instance of the newest build, from its last
+    /// good state.
     pub fn retry(&mut self, module: usize) {
         self.wishes.push_back(Wish::Retry(module));
     }
@@ -563,7 +565,8 @@ impl Drop for Live {
     }
 }
 
-/// Cargo leaves the newer build of a library in `deps` beside the one that is used, or uses the one in `deps`.
+/// Cargo leaves the newer build of a library in `deps` beside the one that is used, or uses the one in
+/// `deps`.
 fn watch_twins(files: &mut Files, path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return };
     let twins = [folder.join("deps"), folder.parent().unwrap_or(folder).to_owned()];

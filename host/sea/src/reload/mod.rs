@@ -1,9 +1,10 @@
-//! What lets code and scene change while the sea runs: newer builds of plugins take the places of older ones, an older build
-//! takes over from one that fails, an edited scene is taken up where it allows.
+//! What lets code and scene change while the sea runs: newer builds of plugins take the places of older ones,
+//! an older build takes over from one that fails, an edited scene is taken up where it allows.
 //!
-//! [`Live`] tends to it between two steps. `files` says what changed, `workshop` works beside the sea, `ledger` knows what
-//! runs; `recent` remembers the last steps, [`swap`] puts other instances in the places of running ones, and [`adopt`] takes
-//! up an edited scene. [`pace()`] runs all of it in real time without a window.
+//! [`Live`] tends to it between two steps. `files` says what changed, `workshop` works beside the sea,
+//! `ledger` knows what runs; `recent` remembers the last steps, [`swap`] puts other instances in the places
+//! of running ones, and [`adopt`] takes up an edited scene. [`pace()`] runs all of it in real time without a
+//! window.
 
 pub mod adopt;
 mod files;

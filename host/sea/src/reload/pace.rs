@@ -14,8 +14,9 @@ pub struct Lateness {
     pub late: u64,
 }
 
-/// Steps a world at the pace of its clock until `steps` are made, tending to what changes between them. `after` is called
-/// after each step with the world, what is live, and whether the step was the first of newer instances.
+/// Steps a world at the pace of its clock until `steps` are made, tending to what changes between them.
+/// `after` is called after each step with the world, what is live, and whether the step was the first of
+/// newer instances.
 pub fn pace(
     live: &mut Live,
     world: &mut World,

@@ -1,7 +1,9 @@
-//! The last steps as the modules saw them, and each module's last saved state: what another instance of a module needs
-//! to be brought to the present — of a newer build, or of an older one after a fault — while the rest of the sea goes on.
+//! The last steps as the modules saw them, and each module's last saved state: what another instance of a
+//! module needs to be brought to the present — of a newer build, or of an older one after a fault — while the
+//! rest of the sea goes on.
 //!
-//! States are saved every so many steps, one module a step; steps are remembered from the oldest of these states on.
+//! States are saved every so many steps, one module a step; steps are remembered from the oldest of these
+//! states on.
 
 use std::{collections::VecDeque, sync::Arc};
 

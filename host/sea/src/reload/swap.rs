@@ -1,8 +1,10 @@
-//! Other instances in the place of running ones: of a newer build, of an older one after a fault, or once more of the same.
+//! Other instances in the place of running ones: of a newer build, of an older one after a fault, or once
+//! more of the same.
 //!
-//! They are made beside the sea, which goes on meanwhile: create, load the state, look at it, one trial step; then the steps
-//! that the sea has made since, each with just what that step let the module read. When they have reached the present,
-//! they take their places between two steps. Whatever fails on the way changes nothing.
+//! They are made beside the sea, which goes on meanwhile: create, load the state, look at it, one trial step;
+//! then the steps that the sea has made since, each with just what that step let the module read. When they
+//! have reached the present, they take their places between two steps. Whatever fails on the way changes
+//! nothing.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -118,8 +120,8 @@ impl Job {
         self.bell.notify_all();
     }
 
-    /// Makes the instances and keeps them at the present until they are taken or no longer wanted. `tell` is called
-    /// whenever they have reached it, and when it failed.
+    /// Makes the instances and keeps them at the present until they are taken or no longer wanted. `tell` is
+    /// called whenever they have reached it, and when it failed.
     pub fn work(&self, tell: impl Fn()) {
         let made = self.make();
         let mut candidates = match made {
@@ -213,7 +215,8 @@ impl Job {
         Ok(Candidate { module, name: order.name, instance, snap: order.snap, at, until, missed: Vec::new() })
     }
 
-    /// Waits until the instances have reached this step, or cannot, but not for ever: for a sea that outruns them.
+    /// Waits until the instances have reached this step, or cannot, but not for ever: for a sea that outruns
+    /// them.
     pub fn wait(&self, step: u64, most: Duration) {
         let end = Instant::now() + most;
         while Instant::now() < end {
@@ -324,8 +327,8 @@ impl World {
         Ok((!orders.is_empty()).then(|| self.give(Purpose::Reload, orders, moments)).flatten())
     }
 
-    /// Orders instances of an older build for modules that failed; they make up for the steps since their last saved state.
-    /// None: what they missed is remembered no more.
+    /// Orders instances of an older build for modules that failed; they make up for the steps since their
+    /// last saved state. None: what they missed is remembered no more.
     pub fn order_takeover(&mut self, modules: &[(usize, Plugin)]) -> Option<Arc<Job>> {
         let mut orders = Vec::new();
         let mut moments = Moments::new();
@@ -338,8 +341,8 @@ impl World {
         self.give(Purpose::Takeover, orders, moments)
     }
 
-    /// Orders another instance for a module that stands still, from its last good state: the step in which it failed, and
-    /// those since, are left out. Without a state it begins anew.
+    /// Orders another instance for a module that stands still, from its last good state: the step in which it
+    /// failed, and those since, are left out. Without a state it begins anew.
     pub fn order_retry(&mut self, module: usize, plugin: &Plugin) -> Option<Arc<Job>> {
         if *self.members.get(module)?.instance.health() == Health::Running {
             return None;

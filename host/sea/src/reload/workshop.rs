@@ -1,5 +1,5 @@
-//! The thread beside the sea: it looks at files, loads libraries, reads scenes, makes instances, and drops what is no longer
-//! needed. The sea waits for none of it.
+//! The thread beside the sea: it looks at files, loads libraries, reads scenes, makes instances, and drops
+//! what is no longer needed. The sea waits for none of it.
 
 use std::{
     path::{Path, PathBuf},
@@ -112,7 +112,8 @@ impl Workshop {
     }
 
     fn set(&mut self, stage: Box<Stage>) {
-        // Of another scene, or of one that names more species: those that are watched already stay as they are.
+        // Of another scene, or of one that names more species: those that are watched already stay as they
+        // are.
         self.files.add_all(&stage.files);
         let again = stage.again;
         self.stage = Some(stage);

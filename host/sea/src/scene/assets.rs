@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::scene::error::SceneError;
 
-/// The folder of assets: what the command line names, else `assets` beside the program or in a folder above it, else in
-/// the working folder or one above it.
+/// The folder of assets: what the command line names, else `assets` beside the program or in a folder above
+/// it, else in the working folder or one above it.
 pub fn folder(wanted: Option<&Path>) -> Result<PathBuf, SceneError> {
     if let Some(wanted) = wanted {
         if wanted.is_dir() {
@@ -28,8 +28,8 @@ pub fn folder(wanted: Option<&Path>) -> Result<PathBuf, SceneError> {
     Err(SceneError::plain("the folder `assets` with scenes and species was not found", Some(help.to_owned())))
 }
 
-/// The file of a scene: the path itself, or a scene of assets by its bare name ("reef"). A name without an ending is
-/// looked for in assets first: the program `reef` may lie in the working folder.
+/// The file of a scene: the path itself, or a scene of assets by its bare name ("reef"). A name without an
+/// ending is looked for in assets first: the program `reef` may lie in the working folder.
 pub fn scene(wanted: &Path, assets: &Path) -> PathBuf {
     if (wanted.extension().is_none() || !wanted.exists()) && wanted.components().count() == 1 {
         for name in [wanted.to_owned(), wanted.with_extension("toml")] {

@@ -1,9 +1,10 @@
 //! Holds a TOML tree against a JSON Schema, so that every error carries line and column.
 //!
-//! The same code checks the host's own keys and each plugin's. What it understands of JSON Schema: `type`, `properties`,
-//! `required`, `additionalProperties`, `minimum`, `maximum`, `exclusiveMinimum`, `exclusiveMaximum`, `format` of
-//! integers, `enum`, `const`, `items`, `prefixItems`, `minItems`, `maxItems`, `minLength`, `maxLength`, `pattern` of
-//! colours, `allOf`, `anyOf`, `oneOf`, `$ref` into `$defs`, and the extension `x-unit`. Anything else passes.
+//! The same code checks the host's own keys and each plugin's. What it understands of JSON Schema: `type`,
+//! `properties`, `required`, `additionalProperties`, `minimum`, `maximum`, `exclusiveMinimum`,
+//! `exclusiveMaximum`, `format` of integers, `enum`, `const`, `items`, `prefixItems`, `minItems`, `maxItems`,
+//! `minLength`, `maxLength`, `pattern` of colours, `allOf`, `anyOf`, `oneOf`, `$ref` into `$defs`, and the
+//! extension `x-unit`. Anything else passes.
 
 use serde_json::Value as Json;
 
@@ -183,7 +184,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// What would be allowed where a length [m] is too great for a sea, or no zero and yet too small for a size.
+    /// What would be allowed where a length [m] is too great for a sea, or no zero and yet too small for a
+    /// size.
     fn beyond_any_length(&self, schema: &Json, metres: f64) -> Option<String> {
         if self.unit != Some("m") {
             return None;
@@ -481,7 +483,8 @@ impl Bounds {
         (bounds != Self::default()).then_some(bounds)
     }
 
-    /// The same bounds for numbers in units of `scale` metres, of a unit that goes with the length by `power`.
+    /// The same bounds for numbers in units of `scale` metres, of a unit that goes with the length by
+    /// `power`.
     pub fn from_metres(&self, power: i32, scale: f64) -> Self {
         let own = |bound: Option<f64>| bound.map(|bound| from_metres(bound, power, scale));
         Self {
@@ -506,7 +509,8 @@ impl Bounds {
             && self.below.is_none_or(|bound| value < bound)
     }
 
-    /// Whether they, in metres, allow a number in units of `scale` metres: rounding refuses nothing that their words allow.
+    /// Whether they, in metres, allow a number in units of `scale` metres: rounding refuses nothing that
+    /// their words allow.
     pub fn allow(&self, value: f64, power: i32, scale: f64) -> bool {
         self.contain(to_metres(value, power, scale)) || self.from_metres(power, scale).contain(value)
     }

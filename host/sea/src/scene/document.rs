@@ -187,7 +187,8 @@ impl Node {
             let next = match segment {
                 Segment::Key(key) => match node.entry(key) {
                     Some(entry) => {
-                        // A table's own span is its header or its first dotted key: the key is what people look for.
+                        // A table's own span is its header or its first dotted key: the key is what people
+                        // look for.
                         let whole = matches!(entry.node.value, Value::Table(_));
                         span = if whole { entry.key_span.clone() } else { entry.node.span.clone() };
                         Some(&entry.node)

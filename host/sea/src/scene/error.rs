@@ -42,7 +42,8 @@ pub struct Fault {
     pub help: Option<String>,
 }
 
-/// Why a scene was refused. Its text is `file:line:column: key: problem`; the printed report shows the line, too.
+/// Why a scene was refused. Its text is `file:line:column: key: problem`; the printed report shows the line,
+/// too.
 #[derive(Debug)]
 pub struct SceneError(Box<Told>);
 

@@ -1,5 +1,6 @@
-//! The keys of a scene file: names, units, ranges, defaults. The JSON Schema, the checker, `reef scene schema` and the
-//! reference in assets/scenes are made from these types; their doc comments are what a reader of the reference sees.
+//! The keys of a scene file: names, units, ranges, defaults. The JSON Schema, the checker,
+//! `reef scene schema` and the reference in assets/scenes are made from these types; their doc comments are
+//! what a reader of the reference sees.
 
 use std::collections::BTreeMap;
 
@@ -44,9 +45,10 @@ pub struct SceneFile {
     /// What moves the water: sources, holes, whirlwinds, currents. Their velocities add up.
     #[schemars(length(max = 4096))]
     pub flow: Vec<FlowTable>,
-    /// A wind sea: the waves of a wind that has blown for so long and over so far a sea that they grow no more (the spectrum
-    /// of Pierson and Moskowitz, as a sum of wave trains). Their significant height is 0.209 wind²/g, at most 0.6 of the
-    /// water's depth: higher ones would break. Without this table there are no waves but the listed ones.
+    /// A wind sea: the waves of a wind that has blown for so long and over so far a sea that they grow no
+    /// more (the spectrum of Pierson and Moskowitz, as a sum of wave trains). Their significant height is
+    /// 0.209 wind²/g, at most 0.6 of the water's depth: higher ones would break. Without this table there are
+    /// no waves but the listed ones.
     pub waves: Option<WavesTable>,
     /// Wave trains on the surface one by one, beside those of the wind sea: a swell, say.
     #[schemars(length(max = 256))]
@@ -57,8 +59,8 @@ pub struct SceneFile {
     /// What lives in the sea: one table for each module, under a name of your choice.
     #[schemars(extend("maxProperties" = 64))]
     pub modules: BTreeMap<String, ModuleTable>,
-    /// Species that only this scene knows, or its own version of one in assets/species. `base` names the species that a
-    /// table builds on; all other keys are the module's.
+    /// Species that only this scene knows, or its own version of one in assets/species. `base` names the
+    /// species that a table builds on; all other keys are the module's.
     pub species: BTreeMap<String, Map<String, Json>>,
 }
 
@@ -78,9 +80,10 @@ pub struct SceneTable {
     /// Length of a simulation step.
     #[schemars(range(min = 1e-5, max = 10.0), extend("x-unit" = "s"))]
     pub dt: f64,
-    /// Metres per unit of length of this file. All lengths of the file are multiplied by it, speeds, too, strengths of
-    /// sources, holes and whirlwinds by its cube, and what is per metre is divided: so a scene can keep the numbers of a
-    /// paper that has no metres. Presets of the water's optics and units of matter (kg/m³, N, N/m, Pa·s) are not touched.
+    /// Metres per unit of length of this file. All lengths of the file are multiplied by it, speeds, too,
+    /// strengths of sources, holes and whirlwinds by its cube, and what is per metre is divided: so a scene
+    /// can keep the numbers of a paper that has no metres. Presets of the water's optics and units of matter
+    /// (kg/m³, N, N/m, Pa·s) are not touched.
     #[schemars(range(min = 1e-6, max = 1e6))]
     pub scale: f64,
     /// How long the scene is worth watching: what is rendered when nothing else is asked for.
@@ -91,11 +94,12 @@ pub struct SceneTable {
     pub background: Option<String>,
     /// Draw the modules' debug lines (forces, moments, axes) from the start.
     pub debug: bool,
-    /// Draw sources green, holes red, whirlwinds yellow with their axes, and white what an object carries: balls of the size
-    /// of their `core`.
+    /// Draw sources green, holes red, whirlwinds yellow with their axes, and white what an object carries:
+    /// balls of the size of their `core`.
     pub singularities: bool,
-    /// Draw the bounding spheres of plants, orange where a singularity reaches one so that its field is evaluated there, and
-    /// the spheres in which singularities end (`reach`), dashed where they begin to fade.
+    /// Draw the bounding spheres of plants, orange where a singularity reaches one so that its field is
+    /// evaluated there, and the spheres in which singularities end (`reach`), dashed where they begin to
+    /// fade.
     pub bounds: bool,
     /// When the pictures are taken that `reef validate` keeps. Without it: one in the middle of `duration`.
     #[schemars(length(max = 8), inner(range(min = 0.0, max = 86400.0)), extend("x-unit" = "s"))]
@@ -127,8 +131,8 @@ pub struct CameraTable {
     /// Vertical angle of view.
     #[schemars(range(min = 1.0, max = 170.0), extend("x-unit" = "deg"))]
     pub fov: f64,
-    /// Width and height of the picture that modules are told about (level of detail, culling); a window of any size shows
-    /// the same sea.
+    /// Width and height of the picture that modules are told about (level of detail, culling); a window of
+    /// any size shows the same sea.
     #[schemars(inner(range(min = 1, max = 16384)), extend("x-unit" = "px"))]
     pub viewport: [u32; 2],
     /// The nearest thing that is drawn.
@@ -269,8 +273,8 @@ pub struct LightTable {
     /// Light from the whole hemisphere just below the surface (linear red, green, blue).
     #[schemars(inner(range(min = 0.0, max = 100.0)))]
     pub ambient: [f64; 3],
-    /// How bright the shafts of light in the water are, as a multiple; 0: there are none. They are seen from below the surface, at
-    /// high quality.
+    /// How bright the shafts of light in the water are, as a multiple; 0: there are none. They are seen from
+    /// below the surface, at high quality.
     #[schemars(range(min = 0.0, max = 4.0))]
     pub shafts: f64,
 }
@@ -509,7 +513,8 @@ pub struct WhirlwindFlow {
     pub attach: Option<AttachTable>,
 }
 
-/// A current: speed · (1 − m + m sin(2π t / period + phase − k·p)) · max(0, 1 + gradient (y − level)) along `direction`.
+/// A current: speed · (1 − m + m sin(2π t / period + phase − k·p)) · max(0, 1 + gradient (y − level)) along
+/// `direction`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DirectionalFlow {
@@ -522,7 +527,8 @@ pub struct DirectionalFlow {
     /// Its speed: a number, or keyframes.
     #[schemars(extend("x-unit" = "m/s"))]
     pub speed: Keyed<f64>,
-    /// m: 0 steady; 1 the speed swings from −1 to 1 times `speed`; between them the swing rides on a steady part.
+    /// m: 0 steady; 1 the speed swings from −1 to 1 times `speed`; between them the swing rides on a steady
+    /// part.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub modulation: f64,

@@ -14,7 +14,8 @@ pub enum Keyed<T> {
     Keys(Keys<T>),
 }
 
-/// A value at several times, and what happens between them. Before the first key and after the last the value stands.
+/// A value at several times, and what happens between them. Before the first key and after the last the value
+/// stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Keys<T> {

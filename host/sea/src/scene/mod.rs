@@ -1,9 +1,10 @@
 //! Scene files: what they may say, and how one is read.
 //!
-//! A file goes through these stages, and the first that finds a fault ends the way: it is [`read`], parsed into a tree
-//! that knows where everything stands ([`document`]), held against the schema of its own keys and those of each module's
-//! plugin ([`check`]), its species are put together ([`species`]), and what only makes sense as a whole is
-//! looked at last ([`whole`]). What comes out is in metres, whatever unit of length the file counts in ([`mod@scale`]).
+//! A file goes through these stages, and the first that finds a fault ends the way: it is [`read`], parsed
+//! into a tree that knows where everything stands ([`document`]), held against the schema of its own keys and
+//! those of each module's plugin ([`check`]), its species are put together ([`species`]), and what only makes
+//! sense as a whole is looked at last ([`whole`]). What comes out is in metres, whatever unit of length the
+//! file counts in ([`mod@scale`]).
 
 pub mod assets;
 pub mod catalogue;
@@ -111,7 +112,8 @@ impl Module {
         .to_string()
     }
 
-    /// What the plugin's `create` said about its configuration (`anemones[3].species: …`), at the place in the file.
+    /// What the plugin's `create` said about its configuration (`anemones[3].species: …`), at the place in
+    /// the file.
     pub fn create_error(&self, message: &str) -> SceneError {
         if let Some((path, problem)) = message.split_once(": ")
             && let Some(path) = Path::parse(path.trim_start_matches("config."))
@@ -288,7 +290,8 @@ pub fn species_schema(root: &Json) -> Option<&Json> {
     Some(check::deref(root, root.get("x-species")?))
 }
 
-/// Parameters that a scene sets, and those with a length in their unit: their defaults are in the scene's units, too.
+/// Parameters that a scene sets, and those with a length in their unit: their defaults are in the scene's
+/// units, too.
 pub fn params(table: &Node, key: &Path, info: &PluginInfo, scale: f64) -> Result<Vec<(u32, f64)>, Fault> {
     let key = key.key("params");
     let mut values = Vec::new();

@@ -32,7 +32,8 @@ impl Param<'_> {
         value.ok_or_else(|| format!("is {}, but must be {}", node.to_json(), self.words()))
     }
 
-    /// Number and value of its default, as near as the range allows; None where the plugin's own is just that.
+    /// Number and value of its default, as near as the range allows; None where the plugin's own is just
+    /// that.
     pub(super) fn scaled_default(self) -> Option<(u32, f64)> {
         let value = self.in_metres(self.info.default);
         (self.power() != 0 && value != self.info.default).then_some((self.info.id, value))

@@ -1,5 +1,6 @@
-//! Metres from a scene's own units of length: every number whose unit (`x-unit` of the schema that describes it) goes with
-//! the length is multiplied, those that stand in the file and those that it leaves to their defaults.
+//! Metres from a scene's own units of length: every number whose unit (`x-unit` of the schema that describes
+//! it) goes with the length is multiplied, those that stand in the file and those that it leaves to their
+//! defaults.
 
 use serde_json::{Map, Number, Value as Json};
 
@@ -20,7 +21,8 @@ pub enum Defaults {
     Metres,
 }
 
-/// Takes a value that `schema` describes to metres, from units of `scale` metres. References lead into `root`.
+/// Takes a value that `schema` describes to metres, from units of `scale` metres. References lead into
+/// `root`.
 pub fn in_metres(root: &Json, schema: &Json, value: &mut Json, scale: f64, defaults: Defaults) {
     if scale != 1.0 {
         Walk { root, scale, defaults }.value(schema, value, 0);
@@ -34,7 +36,8 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// Scales a value; returns whether it has numbers that go with the length. `power`: that of the unit of what it is in.
+    /// Scales a value; returns whether it has numbers that go with the length. `power`: that of the unit of
+    /// what it is in.
     fn value(&self, schema: &'a Json, value: &mut Json, power: i32) -> bool {
         let mut facets = Vec::new();
         self.facets(schema, value, &mut facets, 0);
@@ -110,7 +113,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether a choice is the one that a sound value has taken: of its kind, with the same fixed values, and so on within.
+    /// Whether a choice is the one that a sound value has taken: of its kind, with the same fixed values, and
+    /// so on within.
     fn fits(&self, choice: &Json, value: &Json, depth: usize) -> bool {
         if depth > DEEPEST {
             return false;

@@ -27,7 +27,8 @@ pub fn merged<'a>(plugins: impl Iterator<Item = &'a PluginInfo>) -> Json {
     schema
 }
 
-/// The schema of a module that uses a plugin. The plugin's definitions go into `definitions` under names of their own.
+/// The schema of a module that uses a plugin. The plugin's definitions go into `definitions` under names of
+/// their own.
 fn module(plugin: &PluginInfo, definitions: &mut Map<String, Json>) -> Json {
     let mut schema = plugin.config_schema.clone().unwrap_or_else(|| json!({ "type": "object" }));
     rename(&mut schema, &plugin.id);

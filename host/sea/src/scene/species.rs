@@ -1,8 +1,8 @@
 //! Species: tables of a module's parameters that build on one another.
 //!
-//! A module's configuration names species under keys called `species`. Each name is a table `[species.NAME]` of the scene
-//! or a file NAME.toml in assets/species. `base = "OTHER"` takes all keys of another species that the table does not
-//! set itself; tables within are merged key by key, lists are replaced whole.
+//! A module's configuration names species under keys called `species`. Each name is a table `[species.NAME]`
+//! of the scene or a file NAME.toml in assets/species. `base = "OTHER"` takes all keys of another species
+//! that the table does not set itself; tables within are merged key by key, lists are replaced whole.
 
 use std::path::{Path as FilePath, PathBuf};
 
@@ -118,8 +118,8 @@ pub struct Library<'a> {
 }
 
 impl Library<'_> {
-    /// The species that a mention names, with all it builds on, in metres. `schema`: what species are made of, and what its
-    /// references lead into. What no table says keeps the plugin's default, in metres.
+    /// The species that a mention names, with all it builds on, in metres. `schema`: what species are made
+    /// of, and what its references lead into. What no table says keeps the plugin's default, in metres.
     pub fn resolve(&self, mention: &Mention, schema: Option<(&Json, &Json)>) -> Result<Species, SceneError> {
         let mut chain: Vec<String> = vec![mention.name.clone()];
         let first = self.layer(&mention.name, self.source, mention)?;
@@ -220,7 +220,8 @@ impl Library<'_> {
     }
 }
 
-/// Faults of a species against what its module's plugin says species are made of, in a scene with units of `scale` metres.
+/// Faults of a species against what its module's plugin says species are made of, in a scene with units of
+/// `scale` metres.
 pub fn check_species(root: &Json, schema: &Json, species: &Species, scale: f64) -> Option<SceneError> {
     for layer in &species.layers {
         let mut node = layer.node.clone();

@@ -1,7 +1,8 @@
 //! How units go with a scene's own length.
 //!
-//! The rule: a unit that is made of lengths and times goes with the lengths that it names (m, m/s, m³/s, 1/m, 1/m³). One that
-//! names matter, too (kg/m³, N, N/m, Pa·s) tells a property of things, which does not depend on what a scene counts in.
+//! The rule: a unit that is made of lengths and times goes with the lengths that it names (m, m/s, m³/s, 1/m,
+//! 1/m³). One that names matter, too (kg/m³, N, N/m, Pa·s) tells a property of things, which does not depend
+//! on what a scene counts in.
 
 /// Units of length; the scene's own stands in for the metre in each.
 const LENGTHS: [&str; 8] = ["m", "km", "dm", "cm", "mm", "µm", "um", "nm"];
@@ -15,7 +16,8 @@ const OTHERS: [&str; 14] = ["", "1", "s", "ms", "min", "h", "d", "Hz", "rad", "d
 pub struct Unit {
     /// The power by which it goes with the length.
     pub power: i32,
-    /// The first part of it that is no unit known here: it counts as one that has nothing to do with a length.
+    /// The first part of it that is no unit known here: it counts as one that has nothing to do with a
+    /// length.
     pub unknown: Option<String>,
 }
 

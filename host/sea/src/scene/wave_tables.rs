@@ -14,7 +14,8 @@ pub struct WavesTable {
     #[serde(default)]
     #[schemars(range(min = -360.0, max = 360.0), extend("x-unit" = "deg"))]
     pub direction: f64,
-    /// How many wave trains the sea is made of. Few repeat what they do, many cost more; the height is the same.
+    /// How many wave trains the sea is made of. Few repeat what they do, many cost more; the height is the
+    /// same.
     #[serde(default = "default_trains")]
     #[schemars(range(min = 1, max = 256))]
     pub trains: u32,

@@ -16,7 +16,8 @@ use super::{
 /// A random sea's significant height over the water's depth where its waves break (Thornton & Guza 1982).
 const BREAKING: f64 = 0.6;
 
-/// Cells of the terrain's noise from one end to the other at most: beyond, its numbers are too coarse to tell two apart.
+/// Cells of the terrain's noise from one end to the other at most: beyond, its numbers are too coarse to tell
+/// two apart.
 const MOST_CELLS: f64 = 4e6;
 
 /// All such faults of a file.

@@ -87,7 +87,8 @@ impl Camera {
     }
 }
 
-/// The turn of a camera at `eye` that looks at `target`, upright. Straight up or down, −z is up in the picture.
+/// The turn of a camera at `eye` that looks at `target`, upright. Straight up or down, −z is up in the
+/// picture.
 pub fn look(eye: DVec3, target: DVec3) -> Quat {
     let forward = (target - eye).normalize_or(DVec3::NEG_Z);
     let side = forward.cross(DVec3::Y);

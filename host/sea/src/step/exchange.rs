@@ -1,4 +1,5 @@
-//! What modules tell one another: flow and actors of the step before, in an order that depends on the scene only.
+//! What modules tell one another: flow and actors of the step before, in an order that depends on the scene
+//! only.
 
 use std::sync::Arc;
 
@@ -101,7 +102,8 @@ impl Exchange {
         (list, std::mem::take(&mut self.attached))
     }
 
-    /// Adds what the modules said in the step before to the scene's own primitives, and makes everyone's lists.
+    /// Adds what the modules said in the step before to the scene's own primitives, and makes everyone's
+    /// lists.
     pub(crate) fn share(&mut self, mut flow: Vec<abi::Flow>, attached: Vec<Attached>) {
         self.attached = attached;
         self.starts.clear();

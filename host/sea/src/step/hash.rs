@@ -1,5 +1,5 @@
-//! One hash a step over all that a step leaves behind, each chained to the one before: two runs with the same last hash
-//! were the same in every step.
+//! One hash a step over all that a step leaves behind, each chained to the one before: two runs with the same
+//! last hash were the same in every step.
 
 use reef_plugin::PluginError;
 
@@ -16,8 +16,8 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Adds the world's present step: all streams but those that are emitted on request only (debug lines, traces), the flow
-    /// that the step felt, and all states.
+    /// Adds the world's present step: all streams but those that are emitted on request only (debug lines,
+    /// traces), the flow that the step felt, and all states.
     pub fn add(&mut self, world: &mut World) -> Result<Digest, PluginError> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.digest);

@@ -1,8 +1,8 @@
 //! Recordings: where everything was, as CSV that any program reads.
 //!
-//! Columns `step,time,plugin,stream,object,node,x,y,z,radius`: metres, seconds, y up, still water at y = 0, twelve
-//! significant digits. Step 0 is the state before the first step. Objects keep their numbers; one that is gone (a fibre
-//! that broke off, say) has no more rows.
+//! Columns `step,time,plugin,stream,object,node,x,y,z,radius`: metres, seconds, y up, still water at y = 0,
+//! twelve significant digits. Step 0 is the state before the first step. Objects keep their numbers; one that
+//! is gone (a fibre that broke off, say) has no more rows.
 
 use std::io::{self, Write};
 
@@ -40,8 +40,8 @@ impl Filter {
     }
 }
 
-/// Writes the world's present step. The world must have been made with traces. Modules that share a plugin are told apart as
-/// `plugin/module`.
+/// Writes the world's present step. The world must have been made with traces. Modules that share a plugin
+/// are told apart as `plugin/module`.
 pub fn write(world: &World, filter: &Filter, out: &mut impl Write) -> io::Result<()> {
     let frame = world.frame();
     let mut start = Vec::new();

@@ -50,8 +50,8 @@ pub struct Options {
     pub simd_level: Option<u32>,
     /// Ask the modules for recordings.
     pub trace: bool,
-    /// Save each module's state every so many steps, and remember the steps since, so that other instances can take
-    /// their places while the sea runs. None: nothing is remembered, and nobody takes over.
+    /// Save each module's state every so many steps, and remember the steps since, so that other instances
+    /// can take their places while the sea runs. None: nothing is remembered, and nobody takes over.
     pub remember: Option<u64>,
 }
 
@@ -158,7 +158,8 @@ impl Member {
         new.iter().filter(move |param| !old.contains(param)).copied()
     }
 
-    /// Goes on in an edited scene, which sets these parameters from the start. One that stands still is told about again.
+    /// Goes on in an edited scene, which sets these parameters from the start. One that stands still is told
+    /// about again.
     pub(crate) fn go_on(&mut self, params: &[(u32, f64)]) {
         self.params = params.to_vec();
         self.known = true;
@@ -367,7 +368,8 @@ impl World {
         waiting.or_else(|| member.instance.param(id).ok())
     }
 
-    /// Changes a parameter with the next step. False: there is no such parameter, or the value is outside of its range.
+    /// Changes a parameter with the next step. False: there is no such parameter, or the value is outside of
+    /// its range.
     pub fn set_param(&mut self, module: usize, id: u32, value: f64) -> bool {
         let Some(member) = self.members.get(module) else { return false };
         let Some(param) = member.instance.info().params.iter().find(|param| param.id == id) else {
@@ -393,7 +395,8 @@ impl World {
         sound
     }
 
-    /// What the modules take for the camera from the next step on; None: the scene's own. Written down only when it changes.
+    /// What the modules take for the camera from the next step on; None: the scene's own. Written down only
+    /// when it changes.
     pub fn set_camera(&mut self, pose: Option<CameraPose>) {
         let camera = pose.map(CameraInput::from);
         if camera.is_some_and(|camera| camera.pose().is_none()) {
@@ -771,7 +774,8 @@ impl Drop for World {
     }
 }
 
-/// Makes the instance of a module; what its plugin says about the configuration is told at its place in the scene.
+/// Makes the instance of a module; what its plugin says about the configuration is told at its place in the
+/// scene.
 pub(crate) fn instance_of(module: &Module, config: &str, plugins: &Registry) -> Result<Instance, WorldError> {
     let plugin = plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
     plugin.create(config).map_err(|error| match error {
@@ -797,8 +801,8 @@ pub(crate) fn raw_water(scene: &Scene) -> abi::Water {
 /// How many of a module's discarded steps are told one by one.
 const FIRST_DISCARDS: u64 = 3;
 
-/// What is told of a module's discarded step with this number: all of the first ones, then each whose number is twice as great as
-/// that of the last one told.
+/// What is told of a module's discarded step with this number: all of the first ones, then each whose number
+/// is twice as great as that of the last one told.
 fn counted(number: u64, text: &str) -> Option<String> {
     match number {
         ..FIRST_DISCARDS => Some(text.to_owned()),

@@ -27,8 +27,9 @@ pub fn environment(file: &SceneFile, seed: u64, waves: &Waves) -> Environment {
     }
 }
 
-/// Coefficients by Jerlov water type (b and c at 620, 540, 460 nm; Kd), and a kinder water for warm colours. What scatters
-/// toward the viewer goes with b / (c − b), scattering over absorption; its factor makes IB as bright as the reef's blue.
+/// Coefficients by Jerlov water type (b and c at 620, 540, 460 nm; Kd), and a kinder water for warm colours.
+/// What scatters toward the viewer goes with b / (c − b), scattering over absorption; its factor makes IB as
+/// bright as the reef's blue.
 fn optics(optics: &Optics) -> WaterOptics {
     let jerlov = |b: [f32; 3], c: [f32; 3], kd: [f32; 3]| {
         let scattered = [0, 1, 2].map(|i| 0.1056 * b[i] / (c[i] - b[i]));

@@ -1,4 +1,5 @@
-//! A whole sea as bytes: step, inputs that still work, what modules said in the last step, and each module's own state.
+//! A whole sea as bytes: step, inputs that still work, what modules said in the last step, and each module's
+//! own state.
 //!
 //! ```text
 //! "REEFSAVE" · format u32 · header length u32 · header (JSON) · per module: flows · actors · objects · envelope ·
@@ -159,8 +160,8 @@ impl World {
         Ok(files::write(path, &bytes)?)
     }
 
-    /// Takes over a saved sea of the same scene and seed; on an error nothing changes. Returns the chain that was saved with
-    /// it. The journal begins anew at the saved step.
+    /// Takes over a saved sea of the same scene and seed; on an error nothing changes. Returns the chain that
+    /// was saved with it. The journal begins anew at the saved step.
     pub fn load(&mut self, bytes: &[u8]) -> Result<Option<Chain>, StateError> {
         let (header, sections) = open(bytes)?;
         self.fits(&header)?;
@@ -179,7 +180,8 @@ impl World {
             let Err(source) = self.members[at].instance.load(envelope) else { continue };
             if let Ok(before) = &before {
                 for (member, old) in self.members.iter_mut().zip(before).take(at) {
-                    // It took these bytes' like a moment ago; should it refuse its own, it stands still and says so.
+                    // It took these bytes' like a moment ago; should it refuse its own, it stands still and
+                    // says so.
                     if let Err(error) = member.instance.load(old) {
                         tracing::error!(module = member.name, "{error}");
                     }
@@ -292,7 +294,8 @@ impl<'a> Rest<'a> {
         Ok(taken)
     }
 
-    /// What a module said in the saved step, looked at as what a step emits: other modules are about to hear it.
+    /// What a module said in the saved step, looked at as what a step emits: other modules are about to hear
+    /// it.
     fn said(&mut self, module: &ModuleHeader) -> Result<Said, StateError> {
         let of = |problem: String| StateError::Damaged(format!("of the module {}: {problem}", module.name));
         for (Stream { name, limit, .. }, count) in [

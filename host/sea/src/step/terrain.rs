@@ -27,7 +27,8 @@ pub fn build(table: &TerrainTable, depth: f64, scene_seed: u64) -> Terrain {
     let mut heights = Vec::with_capacity(columns as usize * rows as usize);
     for row in 0..rows {
         for column in 0..columns {
-            // From the middle, so that the noise sees small numbers and the bed keeps its shape when it is moved.
+            // From the middle, so that the noise sees small numbers and the bed keeps its shape when it is
+            // moved.
             let x = (f64::from(column) - 0.5 * steps[0]) * table.cell;
             let z = (f64::from(row) - 0.5 * steps[1]) * table.cell;
             let dune = noise.get_noise_2d((x / table.relief_length) as f32, (z / table.relief_length) as f32);
@@ -159,7 +160,8 @@ mod tests {
             for column in 1..terrain.columns as usize {
                 let at = row * terrain.columns as usize + column;
                 let rise = (terrain.heights[at] - terrain.heights[at - 1]).abs();
-                // A layer of amplitude a and length l rises at most 2π a / l; each layer has 2 · 0.45 of the slope before.
+                // A layer of amplitude a and length l rises at most 2π a / l; each layer has 2 · 0.45 of the
+                // slope before.
                 let steepest: f64 =
                     (0..4).map(|layer| 0.9_f64.powi(layer)).sum::<f64>() * std::f64::consts::TAU * 0.25 / 6.0;
                 assert!(f64::from(rise) <= steepest * table.cell * 2.0, "a step of {rise} m");

@@ -60,8 +60,8 @@ impl Water {
         Ok(Self { primitives, obstacles })
     }
 
-    /// The scene's primitives at a time [s], in its order. What is attached to something that is not there is left out;
-    /// what is attached to something is listed in `attached`.
+    /// The scene's primitives at a time [s], in its order. What is attached to something that is not there is
+    /// left out; what is attached to something is listed in `attached`.
     pub fn flow(
         &self,
         time: f64,
@@ -79,7 +79,8 @@ impl Water {
                 attached.push(Attached { flow: out.len(), module, object });
             }
             flow.position = position;
-            // Between two opposite keys an axis may pass through zero: it then keeps no direction, and moves nothing.
+            // Between two opposite keys an axis may pass through zero: it then keeps no direction, and moves
+            // nothing.
             let axis = DVec3::from_array(primitive.axis.at(time)).normalize_or_zero();
             flow.axis = axis.as_vec3().to_array();
             flow.strength = primitive.strength.at(time) as f32;
@@ -228,8 +229,8 @@ impl Poke {
         numbers.copied().all(|x| x.is_finite() && x.abs() < 1e6) && self.speed >= 0.0 && self.reach > 0.0
     }
 
-    /// What it does to the water when it is `age` seconds old: a source where the hand pushes, a whirl where it moves.
-    /// It comes and goes smoothly.
+    /// What it does to the water when it is `age` seconds old: a source where the hand pushes, a whirl where
+    /// it moves. It comes and goes smoothly.
     pub fn flow(&self, age: f64) -> Option<abi::Flow> {
         if !(0.0..POKE_TIME).contains(&age) {
             return None;
@@ -370,7 +371,8 @@ mod tests {
         let mut highest: f64 = 0.0;
         for step in 0..=120 {
             let now = speed(f64::from(step) / 60.0);
-            // It rises fastest in the middle of the first quarter second: 1.5 · 0.5 / 0.25 m/s² over a sixtieth.
+            // It rises fastest in the middle of the first quarter second: 1.5 · 0.5 / 0.25 m/s² over a
+            // sixtieth.
             assert!((now - before).abs() <= 0.05 + 1e-6, "a jump at {step}");
             highest = highest.max(now);
             before = now;

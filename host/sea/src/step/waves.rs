@@ -1,5 +1,5 @@
-//! The scene's waves: trains that the wind raises and trains that the scene lists, the same for every module, the caustics
-//! and whatever else feels or shows them.
+//! The scene's waves: trains that the wind raises and trains that the scene lists, the same for every module,
+//! the caustics and whatever else feels or shows them.
 
 use std::f64::consts::TAU;
 
@@ -47,7 +47,8 @@ impl Waves {
         Ok(Self { trains })
     }
 
-    /// The trains as plugins see them at a time [s], in place of what `waves` held. Allocates nothing once it has room.
+    /// The trains as plugins see them at a time [s], in place of what `waves` held. Allocates nothing once it
+    /// has room.
     pub fn fill(&self, time: f64, waves: &mut Vec<abi::Wave>) {
         waves.clear();
         waves.extend(self.trains.iter().map(|train| train.at(time)));

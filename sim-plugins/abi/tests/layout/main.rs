@@ -1,5 +1,6 @@
-//! Holds `reef_sim.h` and its Rust mirror together: every constant, struct and field of the header is in the mirror, and
-//! lies where the header puts it — by the header's text, and by what C and C++ compilers make of it.
+//! Holds `reef_sim.h` and its Rust mirror together: every constant, struct and field of the header is in the
+//! mirror, and lies where the header puts it — by the header's text, and by what C and C++ compilers make of
+//! it.
 
 mod compiler;
 mod header;

@@ -1,6 +1,7 @@
-//! Node-steps a second of a scene's plants, one core, with 3 sources and 1 whirlwind, in still water and under the 30 trains of a
-//! wind of 8 m/s: `cargo run -p reef-anemone-model
-//! --example bed_speed [SPECIES [PLANTS [LEVEL [TRAINS]]]]`; LEVEL: the least `REEF_SIMD_*` that is measured.
+//! Node-steps a second of a scene's plants, one core, with 3 sources and 1 whirlwind, in still water and
+//! under the 30 trains of a wind of 8 m/s:
+//! `cargo run -p reef-anemone-model --example bed_speed [SPECIES [PLANTS [LEVEL [TRAINS]]]]`; LEVEL: the
+//! least `REEF_SIMD_*` that is measured.
 
 use std::{path::Path, time::Instant};
 

@@ -1,9 +1,11 @@
-//! The least that a step of the paper can cost: its printed equations over packed, hot data, and nothing else — straight
-//! fibres, no contacts, no steps in parts, no state to save. `reef bench fibre` takes it as the ceiling that the
-//! whole way through a scene is measured against; [`Scalar`] is the same one fibre at a time in plain f32.
+//! The least that a step of the paper can cost: its printed equations over packed, hot data, and nothing else
+//! — straight fibres, no contacts, no steps in parts, no state to save. `reef bench fibre` takes it as the
+//! ceiling that the whole way through a scene is measured against; [`Scalar`] is the same one fibre at a time
+//! in plain f32.
 //!
-//! Per node, tip to root: F = A V + F_L + F_M (13), split against the segment (§4.2), F_M by (12). Root to tip: the joint
-//! turns the segment from its parent's direction e toward tan α = F_T / (k L) (10), that is to e + F_T/(k L), made unit.
+//! Per node, tip to root: F = A V + F_L + F_M (13), split against the segment (§4.2), F_M by (12). Root to
+//! tip: the joint turns the segment from its parent's direction e toward tan α = F_T / (k L) (10), that is to
+//! e + F_T/(k L), made unit.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 use reef_flow::{

@@ -23,7 +23,8 @@ pub struct Config {
     /// Anemones and seagrasses scattered by seed.
     #[schemars(length(max = 1000))]
     pub scatter: Vec<Scatter>,
-    /// Bare fibres in grids, without a plant (the paper's figures 10 to 12). Up to eight by eight of a grid are one object.
+    /// Bare fibres in grids, without a plant (the paper's figures 10 to 12). Up to eight by eight of a grid
+    /// are one object.
     #[schemars(length(max = 1000))]
     pub fibres: Vec<FibreGrid>,
     /// Tufts of guide fibres with more fibres interpolated between them (figure 18).
@@ -130,7 +131,8 @@ pub struct FibreGrid {
     /// τ: time in which they follow the water; 0 is the paper's jump.
     #[schemars(range(min = 0.0, max = 60.0), extend("x-unit" = "s"))]
     pub relaxation: f64,
-    /// Force at the root that breaks a fibre off (§4.3): then it is gone, from recordings, too. Without it: never.
+    /// Force at the root that breaks a fibre off (§4.3): then it is gone, from recordings, too. Without it:
+    /// never.
     #[schemars(range(min = 1e-9, max = 1e12), extend("x-unit" = "N"))]
     pub break_force: Option<f64>,
     /// Lean from the vertical toward +x.

@@ -18,7 +18,8 @@ const FORCES: (u32, u32) = (0, 0xff0a_86f0);
 const MOMENTS: (u32, u32) = (1, 0xff52_1ebe);
 /// The longest arrow, in segments of its fibre.
 const LONGEST: f64 = 5.0;
-/// Length of an arrow's head as a share of the arrow, and at most in segments; its half width as a share of its length.
+/// Length of an arrow's head as a share of the arrow, and at most in segments; its half width as a share of
+/// its length.
 const HEAD: (f64, f64, f64) = (0.35, 0.9, 0.35);
 /// Lines of an arrow.
 const ARROW: usize = 5;
@@ -34,8 +35,9 @@ pub(crate) enum Shown {
     Moments,
 }
 
-/// Forces of the flow at the nodes, as arrows along the force; moduli of the transmitted moments, as arrows across the fibre,
-/// the way they push the node below. Each kind is scaled so that its greatest is five segments long.
+/// Forces of the flow at the nodes, as arrows along the force; moduli of the transmitted moments, as arrows
+/// across the fibre, the way they push the node below. Each kind is scaled so that its greatest is five
+/// segments long.
 pub(crate) fn lines(
     bed: &Bed,
     flow: &[Flow],
@@ -102,7 +104,8 @@ pub(crate) fn lines(
     lines
 }
 
-/// A shaft, and a head of four lines, two in the plane of `side` and two across it. `head`: its greatest length [m].
+/// A shaft, and a head of four lines, two in the plane of `side` and two across it. `head`: its greatest
+/// length [m].
 fn arrow(
     from: DVec3,
     delta: DVec3,

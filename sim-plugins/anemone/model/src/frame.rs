@@ -45,8 +45,8 @@ impl Frame {
         Self { x: self.to_world(inner.x), y: self.to_world(inner.y), z: self.to_world(inner.z) }
     }
 
-    /// Turned so that `z` points to the unit vector `direction`, by the smallest turn that does it: no twist comes in.
-    /// `direction` must not be −z.
+    /// Turned so that `z` points to the unit vector `direction`, by the smallest turn that does it: no twist
+    /// comes in. `direction` must not be −z.
     pub fn turned_to(&self, direction: DVec3) -> Self {
         let half = self.z + direction;
         let w = 1.0 / (1.0 + self.z.dot(direction));
@@ -63,8 +63,8 @@ impl Frame {
     }
 }
 
-/// Where a bend turns the z axis to, in the frame that it starts from. A bend is (angle [rad]) · (unit vector across):
-/// the z axis turns by that angle toward that vector.
+/// Where a bend turns the z axis to, in the frame that it starts from. A bend is (angle [rad]) · (unit vector
+/// across): the z axis turns by that angle toward that vector.
 pub fn bend_direction(bend: DVec2) -> DVec3 {
     let angle = bend.length();
     if angle == 0.0 {

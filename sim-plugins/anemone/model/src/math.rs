@@ -23,8 +23,8 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     DVec2::new(x, y).to_angle()
 }
 
-/// Share of the way to its target that a quantity goes in one step: 1 − exp(−dt/τ); all of it for τ = 0 (the paper's
-/// jump), none of it for dt = 0.
+/// Share of the way to its target that a quantity goes in one step: 1 − exp(−dt/τ); all of it for τ = 0 (the
+/// paper's jump), none of it for dt = 0.
 pub fn relaxation(dt: f64, tau: f64) -> f64 {
     if dt <= 0.0 {
         0.0

@@ -28,9 +28,10 @@ impl Seat {
     }
 }
 
-/// Seats up to `count` tentacles between the mouth and the rim: number n at its angle, as close to the mouth as its base
-/// `radius(n)` [m] allows without touching an earlier one. No two ever overlap. A number that finds no room is left out;
-/// when as many in a row as the whole plant wanted were left out (at least 24), the disc is full, and fewer come back.
+/// Seats up to `count` tentacles between the mouth and the rim: number n at its angle, as close to the mouth
+/// as its base `radius(n)` [m] allows without touching an earlier one. No two ever overlap. A number that
+/// finds no room is left out; when as many in a row as the whole plant wanted were left out (at least 24),
+/// the disc is full, and fewer come back.
 pub fn seats(count: u32, mouth: f64, rim: f64, radius: impl Fn(u32) -> f64) -> Vec<Seat> {
     let mut seats: Vec<Seat> = Vec::with_capacity(count as usize);
     let mut blocked: Vec<[f64; 2]> = Vec::new();

@@ -127,8 +127,9 @@ fn seats(species: &Species, size: f64, seed: u64) -> Vec<Seat> {
     )
 }
 
-/// Height of the oral disc over its rim's circle, in radii of the disc, at a distance from the axis (1: the rim). The
-/// renderer closes the foot with this surface: a rounded lip, a shallow bowl, the mouth's small mound.
+/// Height of the oral disc over its rim's circle, in radii of the disc, at a distance from the axis (1: the
+/// rim). The renderer closes the foot with this surface: a rounded lip, a shallow bowl, the mouth's small
+/// mound.
 pub fn disc_height(distance: f64) -> f64 {
     let q = (1.0 - distance).clamp(0.0, 1.0);
     let step = |from: f64, to: f64| {
@@ -190,8 +191,8 @@ fn tentacle(species: &Species, size: f64, seat: &Seat, on_foot: bool, seed: u64)
     }
 }
 
-/// Chooses `guides` of the strands, spread evenly over their numbers (0, or as many as there are: all), and finds the
-/// nearest three guides of each of the others (§5.4).
+/// Chooses `guides` of the strands, spread evenly over their numbers (0, or as many as there are: all), and
+/// finds the nearest three guides of each of the others (§5.4).
 pub fn split(strands: Vec<Strand>, guides: usize) -> (Vec<Strand>, Vec<Follower>) {
     let count = strands.len();
     if guides == 0 || guides >= count {

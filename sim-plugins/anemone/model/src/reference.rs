@@ -1,11 +1,12 @@
 //! The equations of §4 for one fibre, in f64, one after another: what the wide solver is held against.
 //!
-//! One step runs tip to root over the pose as it stands and collects the net force of each node, then root to tip: each
-//! segment bends toward the angle at which its spring holds that force, measured from its rest direction in the frame
-//! of the segment below *as it has just become*. The equations and their fixed point are the paper's; the order is ours.
-//! With the frames of the step before, a long soft fibre answers a push twice — the joint below has already turned it —
-//! and the jump of the paper oscillates from a load of Σ F/(k L) ≈ 5 rad on. In this order a flow that does not change
-//! along the fibre settles in a few jumps at any load.
+//! One step runs tip to root over the pose as it stands and collects the net force of each node, then root to
+//! tip: each segment bends toward the angle at which its spring holds that force, measured from its rest
+//! direction in the frame of the segment below *as it has just become*. The equations and their fixed point
+//! are the paper's; the order is ours. With the frames of the step before, a long soft fibre answers a push
+//! twice — the joint below has already turned it — and the jump of the paper oscillates from a load of Σ F/(k
+//! L) ≈ 5 rad on. In this order a flow that does not change along the fibre settles in a few jumps at any
+//! load.
 //!
 //! What is left is a flow that changes over a fraction of a segment: there a step goes in parts, as many as
 //! `Fibre::reach` asks for, or a tip that a hole or a whirlwind has caught would swing or circle for ever.
@@ -67,13 +68,14 @@ impl Fibre {
         self.nodes[self.nodes.len() - 1]
     }
 
-    /// The loads of all nodes in the present pose, eq. (13), tip to root. The root's net force is what holds it down.
+    /// The loads of all nodes in the present pose, eq. (13), tip to root. The root's net force is what holds
+    /// it down.
     pub fn loads(&self, law: &DragLaw, velocity: &dyn Fn(usize, DVec3) -> DVec3) -> Vec<NodeLoad> {
         loads_of(&self.shape, &self.root_frame, &self.nodes, &self.directions, law, velocity)
     }
 
-    /// One step of `dt` with time constant `tau` [s]: loads, then bends, in as many parts as the flow asks for. `velocity`
-    /// [m/s] at a point.
+    /// One step of `dt` with time constant `tau` [s]: loads, then bends, in as many parts as the flow asks
+    /// for. `velocity` [m/s] at a point.
     pub fn step(&mut self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3, dt: f64, tau: f64) {
         let parts = (dt / tau / self.reach(law, velocity)).ceil().clamp(1.0, MOST_PARTS);
         for _ in 0..parts as usize {
@@ -83,8 +85,8 @@ impl Fibre {
         }
     }
 
-    /// The share of its way that a step may go from the present pose, 2/(1 + Γ)², with Γ the greatest row sum of
-    /// B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} |∇F(N_j)| |N_j − N_{l−1}|.
+    /// The share of its way that a step may go from the present pose, 2/(1 + Γ)², with Γ the greatest row sum
+    /// of B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} |∇F(N_j)| |N_j − N_{l−1}|.
     fn reach(&self, law: &DragLaw, velocity: &dyn Fn(DVec3) -> DVec3) -> f64 {
         let (mut row, mut gamma) = (0.0, 0.0_f64);
         for i in (0..self.shape.segments()).rev() {
@@ -133,8 +135,8 @@ fn slope(force: &dyn Fn(DVec3) -> DVec3, at: DVec3) -> f64 {
     (along(DVec3::X) + along(DVec3::Y) + along(DVec3::Z)).sqrt() / (2.0 * E)
 }
 
-/// [`Fibre::loads`] for a pose that is given by its nodes and directions. `velocity` gives the flow at node i and its
-/// place [m/s].
+/// [`Fibre::loads`] for a pose that is given by its nodes and directions. `velocity` gives the flow at node i
+/// and its place [m/s].
 pub fn loads_of(
     shape: &FibreShape,
     root_frame: &Frame,
@@ -169,15 +171,16 @@ pub fn loads_of(
     loads
 }
 
-/// F_M(N_{i−1}), eq. (12): the moment as a force at the end of the segment below, which runs along `below`. In a straight
-/// chain it points as F_T does.
+/// F_M(N_{i−1}), eq. (12): the moment as a force at the end of the segment below, which runs along `below`.
+/// In a straight chain it points as F_T does.
 fn transmitted(moment: DVec3, below: DVec3, below_length: f64) -> DVec3 {
     (-below).cross(moment).normalize_or_zero() * (moment.length() / below_length)
 }
 
-/// tan α of the joint that rests under a force, eq. (10): with F the force over k L, p its part across the rest direction
-/// and q its part along it, F_T = p cos α − q sin α, so t √(1 + t²) + q t = p for t = tan α. One root lies above zero: the
-/// left side is convex there, and greater than p at the bound where the iteration begins.
+/// tan α of the joint that rests under a force, eq. (10): with F the force over k L, p its part across the
+/// rest direction and q its part along it, F_T = p cos α − q sin α, so t √(1 + t²) + q t = p for t = tan α.
+/// One root lies above zero: the left side is convex there, and greater than p at the bound where the
+/// iteration begins.
 pub fn equilibrium_tangent(p: f64, q: f64) -> f64 {
     let mut t = (-q).max(0.0) + p.sqrt().max(p);
     for _ in 0..64 {
@@ -196,7 +199,8 @@ pub fn directions_between(nodes: &[DVec3]) -> Vec<DVec3> {
     nodes.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero()).collect()
 }
 
-/// The bends of a pose that is given by its nodes: what turns each segment's rest direction to where it points.
+/// The bends of a pose that is given by its nodes: what turns each segment's rest direction to where it
+/// points.
 pub fn bends_of(shape: &FibreShape, root_frame: &Frame, directions: &[DVec3]) -> Vec<(Frame, DVec2)> {
     let mut frame = *root_frame;
     let mut bends = Vec::with_capacity(directions.len());

@@ -1,5 +1,6 @@
-//! How far a pose is from satisfying eq. (10) to (13), node by node. Built on positions alone, so that it judges the pose
-//! of any solver, and on the equations as they are printed: F_T against the current segment, tan α = F_T/(k L).
+//! How far a pose is from satisfying eq. (10) to (13), node by node. Built on positions alone, so that it
+//! judges the pose of any solver, and on the equations as they are printed: F_T against the current segment,
+//! tan α = F_T/(k L).
 
 use glam::{DVec2, DVec3};
 

@@ -9,7 +9,8 @@ pub const CRITICAL_REYNOLDS: f64 = 5e5;
 /// Drag coefficient of a cylinder below and above [`CRITICAL_REYNOLDS`], eq. (7).
 pub const DRAG_COEFFICIENTS: [f64; 2] = [1.2, 0.5];
 
-/// One fibre at rest. Segment i joins node i − 1 to node i; entry i − 1 of each list belongs to segment i and node i.
+/// One fibre at rest. Segment i joins node i − 1 to node i; entry i − 1 of each list belongs to segment i and
+/// node i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FibreShape {
     /// L_i [m] > 0.
@@ -29,7 +30,8 @@ pub struct FibreShape {
 /// How the flow's velocity becomes a force on a node (§4.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DragLaw {
-    /// F = A V, eq. (9), with A = `factor` · drag_i: `factor` is ρ C_D · (1 m/s) [kg/(m² s)], or 1 where drag_i is A itself.
+    /// F = A V, eq. (9), with A = `factor` · drag_i: `factor` is ρ C_D · (1 m/s) [kg/(m² s)], or 1 where
+    /// drag_i is A itself.
     Linear {
         /// See above.
         factor: f64,
@@ -89,8 +91,8 @@ impl FibreShape {
         if node == 0 { self.root_radius } else { self.radii[node - 1] }
     }
 
-    /// A straight fibre of equal segments. Its radius goes from `root_radius` to `tip_radius` evenly, and its stiffness
-    /// follows from [`Self::set_stiffness`].
+    /// A straight fibre of equal segments. Its radius goes from `root_radius` to `tip_radius` evenly, and its
+    /// stiffness follows from [`Self::set_stiffness`].
     pub fn straight(nodes: usize, length: f64, root_radius: f64, tip_radius: f64, k: f64, n: f64) -> Self {
         let segments = nodes.saturating_sub(1).max(1);
         let radii = (1..=segments)
@@ -108,8 +110,8 @@ impl FibreShape {
         shape
     }
 
-    /// k_i = K (r_i / r_tip)^n, eq. (11). Relative to the tip's radius: with bare radii below 1 m a greater exponent would
-    /// soften the root.
+    /// k_i = K (r_i / r_tip)^n, eq. (11). Relative to the tip's radius: with bare radii below 1 m a greater
+    /// exponent would soften the root.
     pub fn set_stiffness(&mut self, k: f64, n: f64) {
         let tip = self.radii.last().copied().unwrap_or(self.root_radius);
         self.stiffness = self.radii.iter().map(|r| k * math::pow(r / tip, n)).collect();

@@ -118,8 +118,8 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
     Ok(harvest)
 }
 
-/// Farthest that a plant may stand from the middle of the world, and farthest that it may reach [m]: what streams take, less
-/// what the ground adds.
+/// Farthest that a plant may stand from the middle of the world, and farthest that it may reach [m]: what
+/// streams take, less what the ground adds.
 const FARTHEST: f64 = 5e5;
 const LONGEST: f64 = 5e4;
 
@@ -347,7 +347,8 @@ fn footless(guides: Vec<Strand>, followers: Vec<Follower>, spread: f64) -> Plant
     Plant { foot: None, guides, followers, wanted, reach: spread + longest, middle: 0.0, crown: spread }
 }
 
-/// Rows and columns of a grid that are one object: they fill a batch, and their positions stay near its origin.
+/// Rows and columns of a grid that are one object: they fill a batch, and their positions stay near its
+/// origin.
 const PATCH: usize = 8;
 
 fn fibre_grid(grid: &FibreGrid, path: &str, harvest: &mut Harvest) -> Result<(), ConfigError> {

@@ -1,5 +1,5 @@
-//! The table of parameters that makes a species (§6 of the paper wishes for one): anemones with a foot and tentacles, and
-//! seagrasses, which are the same fibres standing in the sand.
+//! The table of parameters that makes a species (§6 of the paper wishes for one): anemones with a foot and
+//! tentacles, and seagrasses, which are the same fibres standing in the sand.
 //!
 //! The doc comments and ranges here are the reference: the JSON Schema, the checks of scenes, and
 //! assets/species/README.md are made from them.
@@ -8,15 +8,16 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One species. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene; `base = "OTHER"` takes over what
-/// the table does not set itself.
+/// One species. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene; `base = "OTHER"`
+/// takes over what the table does not set itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Species {
     /// Name for people.
     #[schemars(length(max = 200))]
     pub title: String,
-    /// The wide fibre that the tentacles stand on. `foot = { height = 0 }`: none, the fibres stand in the ground (seagrasses).
+    /// The wide fibre that the tentacles stand on. `foot = { height = 0 }`: none, the fibres stand in the
+    /// ground (seagrasses).
     pub foot: Foot,
     /// The fibres on top.
     pub tentacles: Tentacles,
@@ -90,7 +91,8 @@ pub struct Tentacles {
     /// How many. The disc may have room for fewer: the log says so.
     #[schemars(range(min = 0, max = 4096))]
     pub count: u32,
-    /// How many of them are simulated as guides; the others take over the bends of the nearest three. 0: all are simulated.
+    /// How many of them are simulated as guides; the others take over the bends of the nearest three. 0: all
+    /// are simulated.
     #[schemars(range(min = 0, max = 4096))]
     pub guides: u32,
     /// Nodes of each skeleton, the root included: more bend more smoothly, and cost more.
@@ -144,7 +146,8 @@ pub struct Tentacles {
     /// C_D of eq. (9): greater catches more of the current. The paper's ½ρLr is 0.5.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub drag_coefficient: f64,
-    /// Force at the root that breaks one off (§4.3): then it is gone, from recordings, too. Without it: never.
+    /// Force at the root that breaks one off (§4.3): then it is gone, from recordings, too. Without it:
+    /// never.
     #[schemars(range(min = 1e-9, max = 1e9), extend("x-unit" = "N"))]
     pub break_force: Option<f64>,
 }
@@ -348,7 +351,8 @@ impl Species {
             + fibre.tip_radius * fibre.bulb * bulb
     }
 
-    /// Rest bends of a fibre of `segments` segments: the arch over the lower half, the curl over the upper one, outward.
+    /// Rest bends of a fibre of `segments` segments: the arch over the lower half, the curl over the upper
+    /// one, outward.
     pub fn rest_bends(&self, segments: usize) -> Vec<DVec2> {
         let fibre = &self.tentacles;
         let total = [fibre.arch.to_radians(), fibre.curl.to_radians()];

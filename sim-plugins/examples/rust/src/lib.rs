@@ -1,11 +1,12 @@
 //! A plugin in Rust to learn from: a small forest of kelp that bends in the water.
 //!
-//! A stalk is a chain of segments of equal length, lifted by its floats and dragged by the water. At rest, the slope of a
-//! segment is the drag of all that is above it over the lift of all that is above it; a stalk follows that slope with a
-//! delay. Blades grow from its nodes and stream with it. The stalks calm the water between them.
+//! A stalk is a chain of segments of equal length, lifted by its floats and dragged by the water. At rest,
+//! the slope of a segment is the drag of all that is above it over the lift of all that is above it; a stalk
+//! follows that slope with a delay. Blades grow from its nodes and stream with it. The stalks calm the water
+//! between them.
 //!
-//! The same plugin stands beside this one in C and in C++, and emits the same bytes. Hence every sum has one order, and
-//! only + − · ÷ and square roots are used, which IEEE 754 rounds alike everywhere.
+//! The same plugin stands beside this one in C and in C++, and emits the same bytes. Hence every sum has one
+//! order, and only + − · ÷ and square roots are used, which IEEE 754 rounds alike everywhere.
 
 #![deny(unsafe_code)]
 
@@ -168,7 +169,8 @@ struct Following {
 }
 
 impl Following {
-    /// Lets a stalk follow the water at the upper ends of its segments, from the tip down, as the drag adds up.
+    /// Lets a stalk follow the water at the upper ends of its segments, from the tip down, as the drag adds
+    /// up.
     fn bend(&self, stalk: &Stalk, vx: &[f32], vz: &[f32], bend: &mut Bend) {
         let mut drag = [0.0_f32; 2];
         for (k, bend) in bend.iter_mut().enumerate().rev() {
@@ -188,8 +190,8 @@ impl Following {
     }
 }
 
-/// A blade: out from its node and up, then over, and all of it along with the bend of the stalk. Returns the unit vector
-/// that it is wide along: across its first segment, and level.
+/// A blade: out from its node and up, then over, and all of it along with the bend of the stalk. Returns the
+/// unit vector that it is wide along: across its first segment, and level.
 fn grow_blade(
     root: [f32; 3],
     out: [f32; 2],

@@ -1,6 +1,7 @@
-//! The least that orbits can cost: eq. (2) for deep water over hot data, and nothing else — no bed, no bounds, no selection.
-//! `reef bench waves` takes [`Bare`] as the ceiling that everything else is measured against; [`Scalar`] is the same one
-//! centre and one train at a time in plain f32 with the system's functions.
+//! The least that orbits can cost: eq. (2) for deep water over hot data, and nothing else — no bed, no
+//! bounds, no selection. `reef bench waves` takes [`Bare`] as the ceiling that everything else is measured
+//! against; [`Scalar`] is the same one centre and one train at a time in plain f32 with the system's
+//! functions.
 
 use core::f64::consts::{LOG2_E, PI};
 

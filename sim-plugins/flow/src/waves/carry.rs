@@ -14,8 +14,8 @@ pub struct Carried<'a> {
     pub velocity: [&'a mut [f32]; 3],
 }
 
-/// Carries each centre along its orbit under the first `count` trains. Takes as many centres as the shortest of the nine
-/// slices has. The same bytes at every level, and wherever the slices are cut.
+/// Carries each centre along its orbit under the first `count` trains. Takes as many centres as the shortest
+/// of the nine slices has. The same bytes at every level, and wherever the slices are cut.
 pub fn carry(level: Level, trains: &Trains, count: usize, centers: Points<'_>, out: Carried<'_>) {
     crate::dispatch!(level, simd => {
         // Sixteen lanes are two registers below AVX-512, too many for what this kernel keeps.

@@ -9,7 +9,8 @@ pub fn frequency(wave_number: f64, depth: f64) -> f64 {
     (GRAVITY * wave_number * tanh(wave_number * depth)).sqrt()
 }
 
-/// k [rad/m] of a frequency ω [rad/s] over the depth h [m], to 1e-12 of itself. 0 where ω or h is not above 0.
+/// k [rad/m] of a frequency ω [rad/s] over the depth h [m], to 1e-12 of itself. 0 where ω or h is not above
+/// 0.
 ///
 /// Newton's iteration from Eckart's (1952) estimate k = (ω²/g) / √tanh(ω² h / g), which errs by 5 % at most.
 pub fn wave_number(frequency: f64, depth: f64) -> f64 {
@@ -31,7 +32,8 @@ pub fn wave_number(frequency: f64, depth: f64) -> f64 {
     k
 }
 
-/// tanh x for x ≥ 0, the same on every platform: from glam's exponential, which does not come from the system.
+/// tanh x for x ≥ 0, the same on every platform: from glam's exponential, which does not come from the
+/// system.
 pub fn tanh(x: f64) -> f64 {
     if x > 20.0 {
         return 1.0;

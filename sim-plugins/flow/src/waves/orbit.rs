@@ -11,10 +11,11 @@ use super::{
 };
 use crate::simd::{Lanes, mul_add};
 
-/// Below this e^(−k h) a train is taken as one over endless depth: eq. (2) as printed. What that leaves out, r e^(−k (y + 2h)),
-/// is greatest at the bed, and a millionth of r there.
+/// Below this e^(−k h) a train is taken as one over endless depth: eq. (2) as printed. What that leaves out,
+/// r e^(−k (y + 2h)), is greatest at the bed, and a millionth of r there.
 const DEEP: f64 = 1e-6;
-/// Up to this k h the hyperbolic functions are polynomials, which lose no digits where the vertical axis nearly vanishes.
+/// Up to this k h the hyperbolic functions are polynomials, which lose no digits where the vertical axis
+/// nearly vanishes.
 const SHALLOW: f64 = 0.5;
 
 /// How C and S are computed.
@@ -53,8 +54,8 @@ pub(super) struct Packed {
     slope: [f32; 2],
 }
 
-/// The wave trains that act on one object, relative to its origin. Refilling it allocates nothing once it has grown to its
-/// greatest size.
+/// The wave trains that act on one object, relative to its origin. Refilling it allocates nothing once it has
+/// grown to its greatest size.
 #[derive(Clone, Debug, Default)]
 pub struct Trains {
     trains: Vec<Packed>,
@@ -70,9 +71,9 @@ impl Trains {
         Self::default()
     }
 
-    /// Takes the step's trains in their order, over the depth [m] (reef_water.depth), relative to `origin` [m]. What is not
-    /// finite or has no amplitude or no length raises nothing, and neither does anything where the depth is not above 0
-    /// (the host refuses such earlier).
+    /// Takes the step's trains in their order, over the depth [m] (reef_water.depth), relative to `origin`
+    /// [m]. What is not finite or has no amplitude or no length raises nothing, and neither does anything
+    /// where the depth is not above 0 (the host refuses such earlier).
     pub fn fill(&mut self, waves: &[abi::Wave], depth: f64, origin: [f64; 3]) {
         self.trains.clear();
         self.depth = depth as f32;
@@ -144,8 +145,8 @@ impl Packed {
     }
 }
 
-/// What the waves do to water whose orbit has a given centre. What a kernel does not read costs it nothing: these functions
-/// are compiled into it.
+/// What the waves do to water whose orbit has a given centre. What a kernel does not read costs it nothing:
+/// these functions are compiled into it.
 #[derive(Clone, Copy, Debug)]
 pub struct Orbit<V> {
     /// Off the centre [m].
@@ -165,8 +166,9 @@ pub struct Surface<V> {
     pub normal: [V; 3],
 }
 
-/// The orbit under the first `count` trains (all: `usize::MAX`; see [`super::Selection`]) around the centres `p` [m,
-/// relative to the origin], eight or sixteen of them. Centres above still water or below the bed move as those at it.
+/// The orbit under the first `count` trains (all: `usize::MAX`; see [`super::Selection`]) around the centres
+/// `p` [m, relative to the origin], eight or sixteen of them. Centres above still water or below the bed move
+/// as those at it.
 ///
 /// Trains are summed in the order of the list: the bytes are the same at every level and for every width.
 #[inline(always)]
@@ -244,7 +246,8 @@ fn phase<S: Simd, V: Lanes<S>>(simd: S, train: &Packed, x: V, z: V) -> (V, V) {
     sin_cos_half_turns(mul_add(V::splat(simd, train.half_turns[0]), x, half_turns))
 }
 
-/// Adds a train: `place` and `motion` are along the heading and upward, without r and the trigonometry's signs.
+/// Adds a train: `place` and `motion` are along the heading and upward, without r and the trigonometry's
+/// signs.
 #[inline(always)]
 fn add<S: Simd, V: Lanes<S>>(simd: S, sum: &mut Orbit<V>, train: &Packed, place: [V; 2], motion: [V; 2]) {
     let [ax, az] = [V::splat(simd, train.across[0]), V::splat(simd, train.across[1])];

@@ -1,9 +1,10 @@
-//! The orbit once more, one centre at a time in f64 with the system's functions, straight from linear theory: what the
-//! kernels are measured against. Nothing that simulates uses it.
+//! The orbit once more, one centre at a time in f64 with the system's functions, straight from linear theory:
+//! what the kernels are measured against. Nothing that simulates uses it.
 
 use reef_abi as abi;
 
-/// Displacement [m], velocity [m/s] and acceleration [m/s²] of water whose orbit has its centre at `p` [m, world].
+/// Displacement [m], velocity [m/s] and acceleration [m/s²] of water whose orbit has its centre at `p` [m,
+/// world].
 pub fn orbit(waves: &[abi::Wave], depth: f64, p: [f64; 3]) -> [[f64; 3]; 3] {
     let y = p[1].clamp(-depth, 0.0);
     let mut sum = [[0.0; 3]; 3];
@@ -43,7 +44,8 @@ pub fn axes(wave_number: f64, depth: f64, y: f64) -> [f64; 2] {
     let up = wave_number * (y + depth);
     let kh = wave_number * depth;
     if kh > 300.0 {
-        // cosh and sinh would overflow; they are equal to f64's last digit except where nothing is left of either.
+        // cosh and sinh would overflow; they are equal to f64's last digit except where nothing is left of
+        // either.
         let e = (wave_number * y).exp();
         return [e, e];
     }

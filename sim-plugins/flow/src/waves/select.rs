@@ -1,8 +1,9 @@
 //! How many wave trains matter from how far away (§3.3.1), so that nobody sees what is left out.
 //!
-//! The paper drops each train whose own amplitude is below the threshold A_min on the screen. Thirty of them may add up to
-//! several times that. Here the *sum* of the amplitudes that are left out, at the particle's own depth, stays below A_min:
-//! then so does the whole error, whatever the phases are. The paper's own rule is there, too, to compare.
+//! The paper drops each train whose own amplitude is below the threshold A_min on the screen. Thirty of them
+//! may add up to several times that. Here the *sum* of the amplitudes that are left out, at the particle's
+//! own depth, stays below A_min: then so does the whole error, whatever the phases are. The paper's own rule
+//! is there, too, to compare.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 use reef_abi as abi;
@@ -23,8 +24,8 @@ const STEP_BITS: u32 = 3;
 pub struct Lens {
     /// Pixels that a length of 1 covers at a distance of 1 in the middle of the picture.
     pub focal: f64,
-    /// 1 + the square of the tangent off the axis in the picture's corner: how much more a length may cover there, at equal
-    /// distance from the eye.
+    /// 1 + the square of the tangent off the axis in the picture's corner: how much more a length may cover
+    /// there, at equal distance from the eye.
     pub corner: f64,
 }
 
@@ -45,12 +46,13 @@ pub enum Rule {
     /// Those that move water by less than A_min on the screen all together, at its own depth: nobody sees it.
     #[default]
     Sum,
-    /// Each that raises the surface by less than A_min on the screen (§3.3.1): together they may move water by several
-    /// times that.
+    /// Each that raises the surface by less than A_min on the screen (§3.3.1): together they may move water
+    /// by several times that.
     Each,
 }
 
-/// How many trains count, by distance and depth. Depends on the trains' amplitudes and lengths alone, not on time.
+/// How many trains count, by distance and depth. Depends on the trains' amplitudes and lengths alone, not on
+/// time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     rule: Rule,
@@ -64,8 +66,8 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The table for trains in their order, over the depth [m], through a lens, for a threshold A_min [px], and for centres
-    /// between two heights [m, world].
+    /// The table for trains in their order, over the depth [m], through a lens, for a threshold A_min [px],
+    /// and for centres between two heights [m, world].
     pub fn new(
         waves: &[abi::Wave],
         depth: f64,
@@ -105,14 +107,15 @@ impl Selection {
         Self { rule, corner: lens.corner as f32, top: top as f32, rows, counts }
     }
 
-    /// How many of the first trains matter for an orbit around a centre at the height `y` [m, world] whose distance from the
-    /// eye is `distance` [m], in whatever part of the picture.
+    /// How many of the first trains matter for an orbit around a centre at the height `y` [m, world] whose
+    /// distance from the eye is `distance` [m], in whatever part of the picture.
     pub fn count(&self, y: f32, distance: f32) -> usize {
         self.count_at(y, distance, distance / self.corner)
     }
 
-    /// The same in one part of the picture. `shown` [m]: a length covers there as much as it would in the picture's middle at
-    /// this distance from the eye: z²/d for a point at the distance d [m], z [m] along the view.
+    /// The same in one part of the picture. `shown` [m]: a length covers there as much as it would in the
+    /// picture's middle at this distance from the eye: z²/d for a point at the distance d [m], z [m] along
+    /// the view.
     pub fn count_at(&self, y: f32, distance: f32, shown: f32) -> usize {
         let cell: [i32; 8] = crate::dispatch!(crate::Level::scalar(), simd => {
             let lanes = |value: f32| f32x8::splat(simd, if value.is_nan() { 0.0 } else { value });
@@ -169,15 +172,16 @@ fn needed(axes: &[f64], allowed: f64) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
-/// The farthest that the trains carry water whose orbit has its centre at the height `y` [m, world] over the depth [m]: the
-/// sum of all their greater axes [m]. Convex in y below still water.
+/// The farthest that the trains carry water whose orbit has its centre at the height `y` [m, world] over the
+/// depth [m]: the sum of all their greater axes [m]. Convex in y below still water.
 pub fn reach(waves: &[abi::Wave], depth: f64, y: f64) -> f64 {
     let y = y.clamp(-depth.max(0.0), 0.0);
     let acting = waves.iter().filter(|wave| acts(wave) && depth > 0.0);
     acting.map(|wave| axis(wave, depth, y)).sum()
 }
 
-/// The greater axis of the orbit that a train gives water with its centre at the height `y` [m, world] over the depth [m].
+/// The greater axis of the orbit that a train gives water with its centre at the height `y` [m, world] over
+/// the depth [m].
 pub fn axis(wave: &abi::Wave, depth: f64, y: f64) -> f64 {
     f64::from(wave.amplitude) * wide_axis(f64::from(wave.wave_number), depth, y.clamp(-depth.max(0.0), 0.0))
 }

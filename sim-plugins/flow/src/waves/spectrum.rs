@@ -1,9 +1,9 @@
 //! A wind sea as a sum of wave trains: the spectrum of Pierson & Moskowitz (1964), cut into bands.
 //!
-//! S(ω) = α g²/ω⁵ exp(−β (ω₀/ω)⁴), ω₀ = g/U, is the energy of a sea that the wind U has blown over for so long and so far
-//! that it grows no more. Its integral is closed: below ω lies the share F(ω) = exp(−β (ω₀/ω)⁴) of all energy
-//! m₀ = α U⁴ / (4 β g²). So each band's train gets exactly the band's energy, r² / 2, and all trains together the
-//! spectrum's significant height 4 √m₀ = 0.209 U²/g, however few they are.
+//! S(ω) = α g²/ω⁵ exp(−β (ω₀/ω)⁴), ω₀ = g/U, is the energy of a sea that the wind U has blown over for so
+//! long and so far that it grows no more. Its integral is closed: below ω lies the share F(ω) = exp(−β
+//! (ω₀/ω)⁴) of all energy m₀ = α U⁴ / (4 β g²). So each band's train gets exactly the band's energy, r² / 2,
+//! and all trains together the spectrum's significant height 4 √m₀ = 0.209 U²/g, however few they are.
 
 use core::{
     f64::consts::{PI, TAU},
@@ -89,7 +89,8 @@ pub struct Train {
 }
 
 impl Train {
-    /// The train as plugins see it at a time [s]: its phase reduced in f64, so that a day later it is as exact.
+    /// The train as plugins see it at a time [s]: its phase reduced in f64, so that a day later it is as
+    /// exact.
     pub fn at(&self, time: f64) -> abi::Wave {
         let way = DVec2::from_angle(self.heading);
         abi::Wave {
@@ -115,12 +116,12 @@ fn energy(wind: f64) -> f64 {
 }
 
 impl WindSea {
-    /// The trains, greatest amplitude first; none in a calm ([`CALM`]). `random` gives numbers from 0 to 1, 1 excluded: one
-    /// for all headings, then a phase a train.
+    /// The trains, greatest amplitude first; none in a calm ([`CALM`]). `random` gives numbers from 0 to 1, 1
+    /// excluded: one for all headings, then a phase a train.
     ///
-    /// A band's train has the frequency that halves its energy, which also keeps the sea from ever repeating. Headings
-    /// spread as cos² over the half circle around the wind: neighbouring bands, which are alike in energy, take headings
-    /// far apart, so that every part of the spectrum spreads as a whole.
+    /// A band's train has the frequency that halves its energy, which also keeps the sea from ever repeating.
+    /// Headings spread as cos² over the half circle around the wind: neighbouring bands, which are alike in
+    /// energy, take headings far apart, so that every part of the spectrum spreads as a whole.
     pub fn trains(&self, random: &mut impl FnMut() -> f64) -> Result<Vec<Train>, WindSeaError> {
         if !(self.wind.is_finite() && self.wind >= 0.0) {
             return Err(WindSeaError::Wind(self.wind));
@@ -164,8 +165,9 @@ impl WindSea {
     }
 }
 
-/// Lower edge of a band, in multiples of ω₀: evenly spaced in the logarithm, between two ends beyond each of which lies half
-/// of a train's mean share of the energy. That belongs to the outermost bands, and makes none of them stand out.
+/// Lower edge of a band, in multiples of ω₀: evenly spaced in the logarithm, between two ends beyond each of
+/// which lies half of a train's mean share of the energy. That belongs to the outermost bands, and makes none
+/// of them stand out.
 fn edge(band: u32, bands: u32) -> f64 {
     let half = 0.5 / f64::from(bands);
     let [low, high] = [half, 1.0 - half].map(frequency_above);

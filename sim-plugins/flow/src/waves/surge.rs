@@ -8,10 +8,10 @@
 //! - G = ∇v from the same sines and cosines, since C′ = k S and S′ = k C. Water that does not turn has
 //!   G = Gᵀ: six numbers.
 //!
-//! Over a plant that reaches q/k from p₀ this errs by e^q − 1 − q of the speed at p₀ at most: 2 % where a train
-//! is fifteen times as long as the plant is high (q = 0.2), 15 % where it is six times as long. From three
-//! times (q = 1) to one and a half (q = 2) a train fades out: it would push the top the other way than the
-//! foot, and swings faster than a plant follows. That depends on plant and train alone, so nothing pops.
+//! Over a plant that reaches q/k from p₀ this errs by e^q − 1 − q of the speed at p₀ at most: 2 % where a
+//! train is fifteen times as long as the plant is high (q = 0.2), 15 % where it is six times as long. From
+//! three times (q = 1) to one and a half (q = 2) a train fades out: it would push the top the other way than
+//! the foot, and swings faster than a plant follows. That depends on plant and train alone, so nothing pops.
 //!
 //! ψ is worked out from world positions in f64, so a plant far from the middle of the world feels the same as
 //! one there. A lane is one place, and no lane depends on another.

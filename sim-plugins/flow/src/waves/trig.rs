@@ -1,6 +1,6 @@
-//! Sine and cosine of an angle in half turns, and two to a power that is not positive: what an orbit needs and no more. An
-//! angle in half turns is reduced by an exact subtraction, and the sign of an odd half turn is the same for both functions:
-//! there are no quadrants to tell apart.
+//! Sine and cosine of an angle in half turns, and two to a power that is not positive: what an orbit needs
+//! and no more. An angle in half turns is reduced by an exact subtraction, and the sign of an odd half turn
+//! is the same for both functions: there are no quadrants to tell apart.
 
 use fearless_simd::{Simd, prelude::*};
 
@@ -13,8 +13,9 @@ const COS: [f32; 5] = [4.0, -3.739_208, 1.277_990_8, -0.228_745_09, 0.024_167_10
 /// 1.5 · 2²³: added to a number of less than 2²² it leaves the nearest whole number in the lowest bits.
 const MAGIC: f32 = 12_582_912.0;
 
-/// Sine and cosine of π times each lane. Absolute error ≤ 1.5e-7 for |x| < 2²²; what a large angle has already lost by
-/// being an f32 (2⁻²⁴ of it) comes on top. Beyond that the sign is arbitrary; what is finite stays within ±1.
+/// Sine and cosine of π times each lane. Absolute error ≤ 1.5e-7 for |x| < 2²²; what a large angle has
+/// already lost by being an f32 (2⁻²⁴ of it) comes on top. Beyond that the sign is arbitrary; what is finite
+/// stays within ±1.
 #[inline(always)]
 pub fn sin_cos_half_turns<S: Simd, V: Lanes<S>>(half_turns: V) -> (V, V) {
     let simd = half_turns.token();
@@ -41,8 +42,8 @@ pub fn sin_cos_half_turns<S: Simd, V: Lanes<S>>(half_turns: V) -> (V, V) {
 const EXP2: [f32; 6] =
     [core::f32::consts::LN_2, 0.240_226_5, 0.055_503_57, 0.009_618_083, 0.001_339_086_3, 0.000_154_531_63];
 
-/// 2 to the power of each lane, none of which is above 0. Relative error ≤ 2e-7; what lies below −125 is taken as −125
-/// (2e-38), so that the result is never zero.
+/// 2 to the power of each lane, none of which is above 0. Relative error ≤ 2e-7; what lies below −125 is
+/// taken as −125 (2e-38), so that the result is never zero.
 #[inline(always)]
 pub fn exp2_down<S: Simd, V: Lanes<S>>(power: V) -> V {
     let simd = power.token();

@@ -166,7 +166,8 @@ fn a_moving_primitive_fades_in_without_a_jump() {
         field.refill(&flows);
         packed.fill_near(&field, sphere, [0.0; 3], 0);
         let now = velocities(Level::best(), &packed, &[[0.2, 0.0, 0.0]])[0];
-        // The field's slope: below 2 · Φ / d³ outside of the shell, and threshold · 3 / shell inside, times 4 mm.
+        // The field's slope: below 2 · Φ / d³ outside of the shell, and threshold · 3 / shell inside, times 4
+        // mm.
         let d = flow.position[0] as f32 - 0.2;
         let bound = 0.004 * (2.0 * 0.2 / (d * d * d) + 1e-3 * 3.0 / (0.2 * flow.reach)) + 1e-7;
         assert!(difference(now, last) <= bound, "step {step}: {last:?} {now:?}");

@@ -206,7 +206,8 @@ proptest! {
         let v = at(&[whirlwind([0.0; 3], axis, 0.7, 1.5)], [x, y, z]);
         let p = [x, y, z];
         prop_assume!(length(p) > 1e-3 && length(v) > 0.0);
-        // Near the axis the cross product of unit vectors is small, and its rounding (6e-8 a component) weighs more.
+        // Near the axis the cross product of unit vectors is small, and its rounding (6e-8 a component)
+        // weighs more.
         let sine = (1.0 - dot(unit(p), axis).powi(2)).max(0.0).sqrt();
         prop_assume!(sine > 1e-3);
         let bound = 4e-7 / sine;
@@ -228,7 +229,8 @@ proptest! {
 
     #[test]
     fn the_wide_kernel_agrees_with_plain_f64(seed in 0..10_000_u64) {
-        // A lagoon 40 km from the world's origin: positions relative to an object's origin keep millimetres there.
+        // A lagoon 40 km from the world's origin: positions relative to an object's origin keep millimetres
+        // there.
         let around = [40_000.0, -12.0, 25_000.0];
         let flows = sea(seed, 40, around, 2.0);
         let mut random = common::Random(seed ^ 0xabcdef);
@@ -240,8 +242,9 @@ proptest! {
             let truth = reference::velocity(&flows, point, 2);
             let got = velocities(Level::best(), &packed, &[local])[0];
             let error = (0..3).map(|i| (f64::from(got[i]) - truth[i]).powi(2)).sum::<f64>().sqrt();
-            // Forty contributions of up to 3 m/s with relative errors of 1e-6, and the sine's 1e-7 of an argument of
-            // up to 10 rad: 1e-6 of each; a jump of direction within 1e-3 m of a centre is left aside.
+            // Forty contributions of up to 3 m/s with relative errors of 1e-6, and the sine's 1e-7 of an
+            // argument of up to 10 rad: 1e-6 of each; a jump of direction within 1e-3 m of a centre is left
+            // aside.
             let near = flows.iter().any(|f| {
                 let d = (0..3).map(|i| (f.position[i] - point[i]).powi(2)).sum::<f64>().sqrt();
                 d < 1e-3

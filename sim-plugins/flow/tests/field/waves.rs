@@ -137,8 +137,8 @@ fn in_shallow_water_the_major_axis_is_constant_and_the_vertical_one_falls_linear
         let train = single(0.05, k, depth, 0.3);
         for share in [1.0, 0.75, 0.5, 0.25, 0.1] {
             let [across, up] = axes(&path(&train, depth, [0.0, depth * (share - 1.0), 0.0]));
-            // cosh(kh) − 1 and sinh(kh)/kh − 1 are what linear theory itself departs by; 64 steps may miss the
-            // furthest point by 1 − cos(π/64).
+            // cosh(kh) − 1 and sinh(kh)/kh − 1 are what linear theory itself departs by; 64 steps may miss
+            // the furthest point by 1 − cos(π/64).
             let slack = 0.5 * kh * kh + 1.3e-3;
             assert!((across * kh / train.amplitude - 1.0).abs() < slack, "λ {wavelength} {share}: {across}");
             assert!((up / (train.amplitude * share) - 1.0).abs() < slack, "λ {wavelength} {share}: {up}");
@@ -188,7 +188,8 @@ fn every_regime_is_linear_theory_from_the_surface_to_the_bed() {
 
 #[test]
 fn the_signs_are_those_of_equation_2() {
-    // As printed, in deep water: x with sin, y with −cos, of k·x − ω t; its phase is ours a quarter turn later.
+    // As printed, in deep water: x with sin, y with −cos, of k·x − ω t; its phase is ours a quarter turn
+    // later.
     let trains = wind_sea(5.0, 1e6, 30, 3);
     let random = &mut Random(5);
     for time in [0.0, 1.7, 33.0] {
@@ -275,7 +276,8 @@ fn the_significant_height_is_that_of_pierson_and_moskowitz_for_any_number_of_tra
 
 #[test]
 fn the_trains_follow_the_spectrum_band_by_band() {
-    // With many trains, energy below each frequency is the integral that they were cut from; the peak is at 0.877 g/U.
+    // With many trains, energy below each frequency is the integral that they were cut from; the peak is at
+    // 0.877 g/U.
     let wind = 8.0;
     let trains = wind_sea(wind, 1e5, 200, 4);
     let all: f64 = trains.iter().map(|t| t.amplitude * t.amplitude).sum();
@@ -398,7 +400,8 @@ fn the_lanes_agree_with_the_scalar_reference_in_f64() {
                     .map(|c| c as f32)
             })
             .collect();
-        // f32 angles of up to |k x| / 2π turns, and sums over 30 trains: what each train's own derivative makes of them.
+        // f32 angles of up to |k x| / 2π turns, and sums over 30 trains: what each train's own derivative
+        // makes of them.
         let mut slack = [0.0; 3];
         for wave in &waves {
             let [r, k, omega] = [wave.amplitude, wave.wave_number, wave.frequency].map(f64::from);
@@ -535,8 +538,8 @@ fn project(lens: Lens, p: [f64; 3]) -> [f64; 2] {
     [lens.focal * p[0] / -p[2], lens.focal * p[1] / -p[2]]
 }
 
-/// Greatest error on the screen over random particles at `distance` [m], at the camera's own depth, when `count` says how
-/// many trains are left for a height, the distance, and z²/d; and the mean number of them.
+/// Greatest error on the screen over random particles at `distance` [m], at the camera's own depth, when
+/// `count` says how many trains are left for a height, the distance, and z²/d; and the mean number of them.
 fn screen_error(
     trains: &[Train],
     depth: f64,

@@ -1,6 +1,6 @@
-//! Where the time of a step goes on one core: `cargo run -p reef-particles-model --example cloud_speed [FLOWS [X [LEVEL]]]`, the
-//! default sea's detritus under the first so many flows, with X only with levels of detail; with `table`: of the paper's
-//! table 1.
+//! Where the time of a step goes on one core:
+//! `cargo run -p reef-particles-model --example cloud_speed [FLOWS [X [LEVEL]]]`, the default sea's detritus
+//! under the first so many flows, with X only with levels of detail; with `table`: of the paper's table 1.
 
 use std::time::Instant;
 

@@ -1,8 +1,9 @@
 //! All boxes of a module, stepped together.
 //!
-//! A step goes in two waves over fixed chunks of at most 1024 particles: first all centres drift, and each chunk lists which
-//! of its particles may be in view; then, when it is known how many sprites there are, those ride on the waves and write their
-//! sprites, each chunk into its own part of the stream. Between the two, those who left their box are settled.
+//! A step goes in two waves over fixed chunks of at most 1024 particles: first all centres drift, and each
+//! chunk lists which of its particles may be in view; then, when it is known how many sprites there are,
+//! those ride on the waves and write their sprites, each chunk into its own part of the stream. Between the
+//! two, those who left their box are settled.
 
 mod prepare;
 mod state;
@@ -189,7 +190,8 @@ impl Cloud {
     /// Fills the boxes. `slaves` follow each master.
     pub fn new(boxes: Vec<Dressed>, slaves: usize) -> Self {
         let members = (slaves + 1).min(MOST_MEMBERS);
-        // A power of two: a particle's group and member are bits of its slot. At least a block: 16 members have 64.
+        // A power of two: a particle's group and member are bits of its slot. At least a block: 16 members
+        // have 64.
         let groups = 1 << (SLOTS / members).ilog2();
         let mut cloud = Self {
             swarms: Vec::new(),
@@ -568,8 +570,8 @@ fn id_of(number: u32) -> u64 {
     u64::from(number) + 1
 }
 
-/// Packs the water in a part of a box, the object `id`, as it is there for all of its particles: without what moves with the
-/// box itself.
+/// Packs the water in a part of a box, the object `id`, as it is there for all of its particles: without what
+/// moves with the box itself.
 fn fill(packed: &mut Packed, field: &Field, part: Sphere, plan: &BoxPlan, id: u64) {
     packed.fill_near(field, part, plan.center, id);
     packed.fit(plan.extent);

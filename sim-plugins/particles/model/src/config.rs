@@ -52,12 +52,13 @@ pub struct BoxTable {
     #[serde(default)]
     #[schemars(range(max = 4000000))]
     pub count: Option<u32>,
-    /// How many there are in a cubic metre, in place of their number. Without either: 200 of clay, 100 of sand, 40 of
-    /// phytoplankton and detritus, 20 of plankton.
+    /// How many there are in a cubic metre, in place of their number. Without either: 200 of clay, 100 of
+    /// sand, 40 of phytoplankton and detritus, 20 of plankton.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1e9), extend("x-unit" = "1/m³"))]
     pub concentration: Option<f64>,
-    /// Columns along x, y and z of a regular grid, in place of chance; then `count` and `concentration` are not given.
+    /// Columns along x, y and z of a regular grid, in place of chance; then `count` and `concentration` are
+    /// not given.
     #[serde(default)]
     #[schemars(inner(range(min = 1, max = 4000000)))]
     pub grid: Option<[u32; 3]>,
@@ -83,9 +84,9 @@ pub struct BoxTable {
     /// How they lie.
     #[serde(default)]
     pub orientation: Option<Orientation>,
-    /// d_pmin and d_pmax: how far from its master a slave is; one that the currents take elsewhere rides by itself. Without it:
-    /// from a tenth of the mean distance of neighbours to 1.5 times the width of the water that a master and its slaves have
-    /// to themselves.
+    /// d_pmin and d_pmax: how far from its master a slave is; one that the currents take elsewhere rides by
+    /// itself. Without it: from a tenth of the mean distance of neighbours to 1.5 times the width of the
+    /// water that a master and its slaves have to themselves.
     #[serde(default)]
     #[schemars(inner(range(min = 0.0, max = 1000.0)), extend("x-unit" = "m"))]
     pub follow: Option<[f64; 2]>,
@@ -285,7 +286,8 @@ fn color(text: Option<&str>, default: u32) -> Result<u32, ConfigError> {
     })
 }
 
-/// Width of a part of a box, about as long as wide [m]: as high as the box where that is flatter. `volume`: of the part [m³].
+/// Width of a part of a box, about as long as wide [m]: as high as the box where that is flatter. `volume`:
+/// of the part [m³].
 fn width(extent: [f64; 3], volume: f64) -> f64 {
     let mut sides = extent;
     sides.sort_by(f64::total_cmp);

@@ -1,7 +1,8 @@
 //! Where the currents take the centres, eq. (3): P₀(t + dt) = P₀(t) + V dt, and which of them may be in view.
 //!
-//! Where sources, holes or whirlwinds act, V is the sea's velocity half a step further on (the midpoint rule): with the
-//! velocity at P₀ itself every turn of an eddy would throw centres outward, and after some minutes its middle would be empty.
+//! Where sources, holes or whirlwinds act, V is the sea's velocity half a step further on (the midpoint
+//! rule): with the velocity at P₀ itself every turn of an eddy would throw centres outward, and after some
+//! minutes its middle would be empty.
 
 use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
@@ -16,8 +17,8 @@ use crate::{
     view::{Local, PLANES},
 };
 
-/// Groups (a master and its slaves) that are looked at together, at every level: what they share does not depend on the
-/// width of a vector.
+/// Groups (a master and its slaves) that are looked at together, at every level: what they share does not
+/// depend on the width of a vector.
 pub const BLOCK: usize = 16;
 /// Most members of a group.
 pub const MOST_MEMBERS: usize = 16;
@@ -38,7 +39,8 @@ pub const LOOK_STEPS: u64 = 32;
 /// Water that vanishes by this share in a step vanishes fast: it is looked at in every step.
 const FAST: f32 = 1.0 / 256.0;
 
-/// Greatest speed at which a centre drifts [m/s]: keeps what follows finite, whatever the sea's primitives add up to.
+/// Greatest speed at which a centre drifts [m/s]: keeps what follows finite, whatever the sea's primitives
+/// add up to.
 const FASTEST: f32 = 1e4;
 /// The largest f32 below 2³¹.
 const MOST: f32 = 2_147_483_520.0;
@@ -83,7 +85,8 @@ pub struct Sight {
     pub cull: bool,
     /// Nobody sees a particle whose centre is at this distance or beyond [m].
     pub far: f32,
-    /// How far an orbit reaches, and half a sprite, at the box's middle [m], and its growth with height [m/m].
+    /// How far an orbit reaches, and half a sprite, at the box's middle [m], and its growth with height
+    /// [m/m].
     pub margin: [f32; 2],
 }
 
@@ -263,7 +266,8 @@ fn vanish<S: Simd, V: Lanes<S>, const WIDTH: usize>(
     gone
 }
 
-/// How far centres move beside the uniform currents in this step [2⁻³² of the extent], and where they are half-way [m].
+/// How far centres move beside the uniform currents in this step [2⁻³² of the extent], and where they are
+/// half-way [m].
 #[inline(always)]
 fn increment<S: Simd, V: Lanes<S>>(
     simd: S,

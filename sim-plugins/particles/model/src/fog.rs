@@ -1,8 +1,8 @@
 //! The local fog (§3.3.3): what stands for particles that are too far away to be seen one by one.
 //!
-//! A box is cut into cells. Beyond D_M a cell shows one sprite with the texture of a cloud, as opaque and of the colour that
-//! the cell's particles are in the mean: their sprites cover the area B = Σ size² · opacity · (mean cover of their texture),
-//! which hides 1 − exp(−B / A) of an area A where they lie at random.
+//! A box is cut into cells. Beyond D_M a cell shows one sprite with the texture of a cloud, as opaque and of
+//! the colour that the cell's particles are in the mean: their sprites cover the area B = Σ size² · opacity ·
+//! (mean cover of their texture), which hides 1 − exp(−B / A) of an area A where they lie at random.
 
 use core::f64::consts::TAU;
 

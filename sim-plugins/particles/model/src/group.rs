@@ -1,9 +1,10 @@
 //! Masters and their slaves: which of a box's particles are neighbours (§3.3.3).
 //!
-//! The box is halved across its longest side, again and again, each time with as many places on one side as on the other,
-//! until a cell holds one group. So groups are compact in boxes of any shape, and neighbours in the list are neighbours in
-//! the water. The places stay as independent of one another as chance made them, but for those few of which no master is
-//! d_pmin … d_pmax away: they are drawn again, in the group's own cell, until it is.
+//! The box is halved across its longest side, again and again, each time with as many places on one side as
+//! on the other, until a cell holds one group. So groups are compact in boxes of any shape, and neighbours in
+//! the list are neighbours in the water. The places stay as independent of one another as chance made them,
+//! but for those few of which no master is d_pmin … d_pmax away: they are drawn again, in the group's own
+//! cell, until it is.
 
 use crate::{drift::BLOCK, seed::mix};
 
@@ -27,15 +28,16 @@ pub struct Groups {
     pub seed: u64,
 }
 
-/// How much flatter than wide blocks are: waves fade with depth, and a block takes all that its highest particle needs.
+/// How much flatter than wide blocks are: waves fade with depth, and a block takes all that its highest
+/// particle needs.
 const FLAT: f64 = 4.0;
 
 /// A cell: the least and the greatest offsets in it [2⁻³² of the extent].
 type Cell = [[i32; 2]; 3];
 
 impl Groups {
-    /// Puts places [2⁻³² of the extent] in an order in which `members` in a row are a master and its slaves, and moves those
-    /// slaves that would be too near or too far.
+    /// Puts places [2⁻³² of the extent] in an order in which `members` in a row are a master and its slaves,
+    /// and moves those slaves that would be too near or too far.
     pub fn form(&self, places: &mut [[i32; 3]]) {
         if self.members > 1 {
             self.split(places, [[i32::MIN, i32::MAX]; 3], self.seed);

@@ -1,14 +1,14 @@
 //! Where new water comes into a box: out of lasting sources in it, and through its walls.
 //!
-//! A centre that is placed anew is placed there, each place by how much water comes in. Then the density of the box stays
-//! what it was: of each cubic metre that flows in, as many centres come as one has that flows out. What flows out through
-//! the opposite wall as fast brings its centres by wrapping, and is left out.
+//! A centre that is placed anew is placed there, each place by how much water comes in. Then the density of
+//! the box stays what it was: of each cubic metre that flows in, as many centres come as one has that flows
+//! out. What flows out through the opposite wall as fast brings its centres by wrapping, and is left out.
 //!
-//! The draw is exact. For each panel of the walls, and for shells around each source, it is known how much comes in there at
-//! most ([`reef_flow::bounds`]); places are drawn by these bounds, and one is taken with the odds of what comes in at it
-//! over its bound, until one is. A table of what was found at a few points would not do: who is taken from where does not
-//! follow the mean of such findings, but that of their shares, and a narrow source, whose water is in few places, would
-//! have less than its share and the walls more.
+//! The draw is exact. For each panel of the walls, and for shells around each source, it is known how much
+//! comes in there at most ([`reef_flow::bounds`]); places are drawn by these bounds, and one is taken with
+//! the odds of what comes in at it over its bound, until one is. A table of what was found at a few points
+//! would not do: who is taken from where does not follow the mean of such findings, but that of their shares,
+//! and a narrow source, whose water is in few places, would have less than its share and the walls more.
 
 use core::f64::consts::TAU;
 
@@ -234,8 +234,8 @@ impl Inflow {
         self.taken = false;
     }
 
-    /// A place, each by how much water comes in there, and how far inward it flows in this step [2⁻³² of the extent].
-    /// `chance`: of the one who is placed.
+    /// A place, each by how much water comes in there, and how far inward it flows in this step [2⁻³² of the
+    /// extent]. `chance`: of the one who is placed.
     pub fn draw(&mut self, water: &Water<'_>, chance: u64) -> [i32; 3] {
         if !self.taken {
             self.take(water);

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A kind of particle (§3.1). Each has its place in the sea: sand and clay near the bed, phytoplankton near the surface, marine
-/// snow between.
+/// A kind of particle (§3.1). Each has its place in the sea: sand and clay near the bed, phytoplankton near
+/// the surface, marine snow between.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {

@@ -1,8 +1,9 @@
-//! Which sources and holes stay: the water that those make or take brings particles with it, or takes them along.
+//! Which sources and holes stay: the water that those make or take brings particles with it, or takes them
+//! along.
 //!
-//! One that moves along, as a fish does, pushes the particles and lets them go: behind it the water closes again. So what a
-//! source or hole does to the number of particles around it counts the less, the farther it moves in [`PASSING`], against
-//! its size a: by 1 / (1 + (v τ / a)²).
+//! One that moves along, as a fish does, pushes the particles and lets them go: behind it the water closes
+//! again. So what a source or hole does to the number of particles around it counts the less, the farther it
+//! moves in [`PASSING`], against its size a: by 1 / (1 + (v τ / a)²).
 
 use reef_flow::Field;
 use reef_sdk::abi::{self, Flow};

@@ -115,8 +115,8 @@ impl Levels {
     }
 }
 
-/// How far orbits reach over a box's height [m]: at its bottom, and from there to its top. The reach is convex in y, so what
-/// is linear between the two is never too little.
+/// How far orbits reach over a box's height [m]: at its bottom, and from there to its top. The reach is
+/// convex in y, so what is linear between the two is never too little.
 pub fn reach(waves: &[Wave], depth: f64, bottom: f64, top: f64) -> [f64; 2] {
     let most = select::reach(waves, depth, top);
     // Above still water nothing is convex any more.

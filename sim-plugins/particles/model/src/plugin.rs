@@ -129,7 +129,8 @@ impl Particles {
         Self::dress(scene, config, &mut |_, _| None)
     }
 
-    /// The boxes with their pictures. `upload` takes a picture by its name and gives its number; None: there are none here.
+    /// The boxes with their pictures. `upload` takes a picture by its name and gives its number; None: there
+    /// are none here.
     fn dress(
         scene: &SceneInfo,
         config: &Config,

@@ -1,16 +1,17 @@
 //! Where particles enter again that left with the water.
 //!
-//! The rule. A centre that leaves through a wall enters through the opposite wall, at the same place of it, if the water flows
-//! on there as fast as it went out; if it is slower, with the odds of the two speeds, and where it does not flow inward at
-//! all — a source between the walls pushes water out through both — never. Where a hole that lasts takes water away,
-//! −∇·V of it in a second, centres go with it, with those odds. Each centre that went so is placed anew at once where new
-//! water comes in ([`crate::inflow`]).
+//! The rule. A centre that leaves through a wall enters through the opposite wall, at the same place of it,
+//! if the water flows on there as fast as it went out; if it is slower, with the odds of the two speeds, and
+//! where it does not flow inward at all — a source between the walls pushes water out through both — never.
+//! Where a hole that lasts takes water away, −∇·V of it in a second, centres go with it, with those odds.
+//! Each centre that went so is placed anew at once where new water comes in ([`crate::inflow`]).
 //!
-//! A master that its slaves follow never vanishes from among them, nor comes anew among its own: they would jump with it. In
-//! its place the nearest of them vanishes, whose water does, too.
+//! A master that its slaves follow never vanishes from among them, nor comes anew among its own: they would
+//! jump with it. In its place the nearest of them vanishes, whose water does, too.
 //!
-//! So the water that a source makes brings its particles with it, the water that a hole takes away takes them along, and
-//! their number never changes. Nor does their density: a cubic metre has as many when it comes as when it goes.
+//! So the water that a source makes brings its particles with it, the water that a hole takes away takes them
+//! along, and their number never changes. Nor does their density: a cubic metre has as many when it comes as
+//! when it goes.
 
 use crate::{
     drift::{MOST_MEMBERS, WORDS},
@@ -79,7 +80,8 @@ impl Chunks<'_> {
         self.members > 1 && slot % self.slots < self.groups
     }
 
-    /// The slave of a master in a slot that is nearest to a place, if it is where slaves follow: d_pmin … d_pmax away.
+    /// The slave of a master in a slot that is nearest to a place, if it is where slaves follow: d_pmin …
+    /// d_pmax away.
     fn nearest_slave(&self, master: usize, place: [i32; 3], water: &Water<'_>) -> Option<usize> {
         let number = self.number(master);
         let here = water.metres(place);
@@ -140,7 +142,8 @@ impl Leavers {
         self.slots.clear();
     }
 
-    /// A centre in a slot of the box left through walls across these axes (bit 0: x), or (none) with water that vanished.
+    /// A centre in a slot of the box left through walls across these axes (bit 0: x), or (none) with water
+    /// that vanished.
     pub fn push(&mut self, slot: u32, axes: u16) {
         self.slots.push((slot, axes));
     }

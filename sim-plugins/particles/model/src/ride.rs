@@ -1,9 +1,10 @@
 //! Particles on the waves, eq. (2), and what is shown of them.
 //!
-//! Each particle that may be in view rides on its own orbit, unless it is a slave beyond D_m: then it is carried as its
-//! master is (§3.3.3). Between the two it goes over from one to the other smoothly. Who follows at all, be it in part, is
-//! d_pmin … d_pmax from its master: one that the currents took elsewhere rides by itself, and so do the slaves of a master
-//! that is about to leave the box: on the other side the wave has another phase.
+//! Each particle that may be in view rides on its own orbit, unless it is a slave beyond D_m: then it is
+//! carried as its master is (§3.3.3). Between the two it goes over from one to the other smoothly. Who
+//! follows at all, be it in part, is d_pmin … d_pmax from its master: one that the currents took elsewhere
+//! rides by itself, and so do the slaves of a master that is about to leave the box: on the other side the
+//! wave has another phase.
 
 use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
@@ -163,8 +164,8 @@ impl Default for Room {
     }
 }
 
-/// Lets the listed particles of a chunk ride, and writes the sprites of those in view, in the list's order, and (where
-/// `trace` has room) where each of the chunk's particles is, in the order of their numbers.
+/// Lets the listed particles of a chunk ride, and writes the sprites of those in view, in the list's order,
+/// and (where `trace` has room) where each of the chunk's particles is, in the order of their numbers.
 pub fn ride(
     level: Level,
     ride: &Ride<'_>,
@@ -208,7 +209,8 @@ fn gather(ride: &Ride<'_>, listed: &Listed<'_>, scratch: &mut Room) {
     }
 }
 
-/// Offsets of some slots in metres; where they are neighbours, all of a block at once. `slot`: that of an entry of the list.
+/// Offsets of some slots in metres; where they are neighbours, all of a block at once. `slot`: that of an
+/// entry of the list.
 #[inline(always)]
 fn side_by_side(seen: &[u16], slot: impl Fn(u16) -> usize, at: &[i32], now: i32, unit: f32, out: &mut [f32]) {
     let metres = |offset: i32| offset.wrapping_add(now) as f32 * unit;
@@ -440,7 +442,8 @@ fn add_up(ride: &Ride<'_>, scratch: &mut Room, count: usize) {
     alpha[..count].iter_mut().for_each(|alpha| *alpha = (ride.opacity * *alpha).clamp(0.0, 1.0));
 }
 
-/// Sprites and trace. The trace is summed in f64: a slave's place from its master's is then that of their centres.
+/// Sprites and trace. The trace is summed in f64: a slave's place from its master's is then that of their
+/// centres.
 fn emit(
     ride: &Ride<'_>,
     listed: &Listed<'_>,

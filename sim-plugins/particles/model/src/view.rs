@@ -1,4 +1,5 @@
-//! What is in view (§3.3.2): a box against the frustum first, then each centre with its largest orbit as margin.
+//! What is in view (§3.3.2): a box against the frustum first, then each centre with its largest orbit as
+//! margin.
 
 use glam::{DQuat, DVec3};
 use reef_flow::math::cos_sin_f64;
@@ -17,8 +18,8 @@ pub struct View {
 }
 
 impl View {
-    /// The frustum of a camera with its nominal viewport, wider by a share `margin` to all sides: windows of another shape
-    /// see more than the viewport.
+    /// The frustum of a camera with its nominal viewport, wider by a share `margin` to all sides: windows of
+    /// another shape see more than the viewport.
     pub fn new(camera: &Camera, margin: f64) -> Self {
         let [width, height] = [camera.width, camera.height].map(|size| f64::from(size.max(1)));
         let (cosine, sine) = cos_sin_f64(0.5 * f64::from(camera.fov_y));
@@ -39,7 +40,8 @@ impl View {
         }
     }
 
-    /// Whether something of a box may be seen: it reaches nearer than `far` [m] and, grown by `margin` [m], into the frustum.
+    /// Whether something of a box may be seen: it reaches nearer than `far` [m] and, grown by `margin` [m],
+    /// into the frustum.
     pub fn sees(&self, center: DVec3, half: DVec3, far: f64, margin: f64) -> bool {
         let from_eye = center - self.eye;
         self.distance(center, half) < far

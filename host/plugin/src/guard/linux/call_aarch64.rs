@@ -4,8 +4,8 @@ use std::{arch::naked_asm, ffi::c_void};
 
 use super::frame::Frame;
 
-/// Calls `call(data)` and returns 0; returns 1 when it was left. What a call preserves (x19 to x30, d8 to d15, FPCR) is as
-/// before in both cases.
+/// Calls `call(data)` and returns 0; returns 1 when it was left. What a call preserves (x19 to x30, d8 to
+/// d15, FPCR) is as before in both cases.
 ///
 /// # Safety
 /// `call` may be called with `data`; `frame` lives until this returns.

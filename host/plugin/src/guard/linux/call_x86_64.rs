@@ -4,8 +4,8 @@ use std::{arch::naked_asm, ffi::c_void};
 
 use super::frame::Frame;
 
-/// Calls `call(data)` and returns 0; returns 1 when it was left. What a call preserves (rbx, rbp, r12 to r15, the control
-/// bits of MXCSR) is as before in both cases.
+/// Calls `call(data)` and returns 0; returns 1 when it was left. What a call preserves (rbx, rbp, r12 to r15,
+/// the control bits of MXCSR) is as before in both cases.
 ///
 /// # Safety
 /// `call` may be called with `data`; `frame` lives until this returns.

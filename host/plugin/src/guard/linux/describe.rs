@@ -4,7 +4,8 @@ use std::{ffi::CStr, mem::MaybeUninit, path::Path};
 
 /// What a signal says.
 pub(super) fn signal(signal: i32, code: i32, address: usize) -> String {
-    // `si_code` of the kernel, where it says more than the name: the same numbers on all machines that have guards.
+    // `si_code` of the kernel, where it says more than the name: the same numbers on all machines that have
+    // guards.
     const FROM_KERNEL: i32 = 0x80;
     let (name, more) = match (signal, code) {
         (libc::SIGSEGV, 1) => ("SIGSEGV", format!("address {address:#x} is not mapped")),

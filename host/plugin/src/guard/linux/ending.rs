@@ -1,5 +1,6 @@
-//! The ends of a generation's threads, where destructors of its library's thread-locals run: no guarded call is there that a
-//! fault could be led back to, so a thread whose end is at fault stays where it is, for ever, and says why.
+//! The ends of a generation's threads, where destructors of its library's thread-locals run: no guarded call
+//! is there that a fault could be led back to, so a thread whose end is at fault stays where it is, for ever,
+//! and says why.
 
 use std::{
     cell::UnsafeCell,
@@ -57,12 +58,14 @@ impl Stranded {
     }
 }
 
-/// From here on, what this thread does is its end: its thread-locals' destructors. `fate` lives until the thread is joined.
+/// From here on, what this thread does is its end: its thread-locals' destructors. `fate` lives until the
+/// thread is joined.
 pub(super) fn begin(fate: &Fate) {
     marker::enter(Place::Ending(fate.generation()), ptr::from_ref(fate).cast_mut().cast());
 }
 
-/// Notes what the end of this thread was at fault with, and stays here for ever. May be called from a signal handler.
+/// Notes what the end of this thread was at fault with, and stays here for ever. May be called from a signal
+/// handler.
 ///
 /// # Safety
 /// The fate that [`begin`] got, which lives.
@@ -86,8 +89,8 @@ fn joins_soon(thread: libc::pthread_t) -> bool {
     unsafe { pthread_timedjoin_np(thread, ptr::null_mut(), &until) != libc::ETIMEDOUT }
 }
 
-/// Waits until these threads of the generation are over. On a fault at the end of one of them, it and those that are not over
-/// are left to themselves.
+/// Waits until these threads of the generation are over. On a fault at the end of one of them, it and those
+/// that are not over are left to themselves.
 pub(crate) fn join(fate: &Arc<Fate>, threads: Vec<JoinHandle<()>>) -> Result<(), Fault> {
     if threads.is_empty() {
         return Ok(());

@@ -1,6 +1,6 @@
-//! Ends that a plugin asks the C library for: of the program, or of the host's thread that it runs on. The program's own
-//! symbols come before the C library's, so a library that calls `exit` comes here. What it asks for is its fault, as a signal
-//! would be. Whoever asks the kernel itself is not seen.
+//! Ends that a plugin asks the C library for: of the program, or of the host's thread that it runs on. The
+//! program's own symbols come before the C library's, so a library that calls `exit` comes here. What it asks
+//! for is its fault, as a signal would be. Whoever asks the kernel itself is not seen.
 
 use std::{
     ffi::{CStr, c_int, c_void},
@@ -29,8 +29,8 @@ fn leave_plugin(function: &'static str) {
         return;
     }
     match marker::place() {
-        // SAFETY: the innermost guarded call of this thread, whose frame lives below ours on the stack; what is between is
-        // plugin code, which is never called again.
+        // SAFETY: the innermost guarded call of this thread, whose frame lives below ours on the stack; what
+        // is between is plugin code, which is never called again.
         Place::Plugin(_) => unsafe {
             (*frame).seen = Some(Seen::ended(function));
             call::leave(frame)

@@ -17,7 +17,8 @@ pub(crate) fn end_without_destructors() {
 
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {
-        // SAFETY: registers a function of this program. Where there is no memory for it, the system's own end remains.
+        // SAFETY: registers a function of this program. Where there is no memory for it, the system's own end
+        // remains.
         unsafe { on_exit(end, ptr::null_mut()) };
     });
 }

@@ -1,5 +1,5 @@
-//! The last words of a program that ends by a signal of its own: which plugin's code ran last. It may have written over the
-//! program's memory, so this uses none that could be spoilt but a few words.
+//! The last words of a program that ends by a signal of its own: which plugin's code ran last. It may have
+//! written over the program's memory, so this uses none that could be spoilt but a few words.
 
 use std::{
     ptr,

@@ -52,8 +52,8 @@ unsafe extern "C" fn unpack<F: FnOnce() -> R, R>(parcel: *mut c_void) {
     }
 }
 
-/// Runs a plugin's code; a signal that is its own fault comes back as an error. Values that `call` holds are then leaked, so
-/// it holds none that matter. The calling thread belongs to the generation: see [`Resident`].
+/// Runs a plugin's code; a signal that is its own fault comes back as an error. Values that `call` holds are
+/// then leaked, so it holds none that matter. The calling thread belongs to the generation: see [`Resident`].
 #[inline]
 pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fault> {
     #[inline(always)]
@@ -76,8 +76,8 @@ pub(crate) fn guarded<R>(fate: &Fate, call: impl FnOnce() -> R) -> Result<R, Fau
     Err(unsafe { (*frame).fault(fate) })
 }
 
-/// Leaves the plugin's call that runs on this thread: it called a service with a context that is none. Returns where no call of
-/// a plugin runs here.
+/// Leaves the plugin's call that runs on this thread: it called a service with a context that is none.
+/// Returns where no call of a plugin runs here.
 #[cold]
 pub(crate) fn leave_foreign(service: &'static str) {
     if matches!(marker::place(), Place::Plugin(_)) && !Frame::current().is_null() {
@@ -85,16 +85,16 @@ pub(crate) fn leave_foreign(service: &'static str) {
     }
 }
 
-/// Leaves the guarded call that runs on this thread, as a signal would, because of what happened on another thread on its
-/// behalf.
+/// Leaves the guarded call that runs on this thread, as a signal would, because of what happened on another
+/// thread on its behalf.
 pub(crate) fn leave(fault: Fault) -> ! {
     let frame = Frame::current();
     if frame.is_null() {
         // Only a service that a guarded call reached comes here; without one there is nowhere to go.
         std::process::abort();
     }
-    // SAFETY: the innermost guarded call of this thread, whose frame lives below ours on the stack; what is between holds
-    // nothing that must be dropped: services and plugin code, which is never called again.
+    // SAFETY: the innermost guarded call of this thread, whose frame lives below ours on the stack; what is
+    // between holds nothing that must be dropped: services and plugin code, which is never called again.
     unsafe {
         (*frame).relay(fault);
         call::leave(frame)

@@ -1,5 +1,5 @@
-//! Touching a plugin's memory before a service uses it: a bad pointer faults here, while the thread is still in the plugin's
-//! code by its marker, before the service holds anything.
+//! Touching a plugin's memory before a service uses it: a bad pointer faults here, while the thread is still
+//! in the plugin's code by its marker, before the service holds anything.
 
 /// Reads one byte of each page of `length` bytes; nothing for NULL.
 pub(crate) fn probe_read(start: *const u8, length: usize) {

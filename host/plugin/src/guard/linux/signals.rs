@@ -34,7 +34,8 @@ pub(super) const HANDLED: [i32; 8] =
 /// The process that the handlers are for.
 static PROCESS: AtomicI32 = AtomicI32::new(0);
 
-/// Is this the process that loaded the plugin, and not one that the plugin forked? May be called from a signal handler.
+/// Is this the process that loaded the plugin, and not one that the plugin forked? May be called from a
+/// signal handler.
 pub(super) fn is_this_process() -> bool {
     // SAFETY: a number.
     PROCESS.load(Ordering::Relaxed) == unsafe { libc::getpid() }
@@ -56,7 +57,8 @@ pub(super) fn install() {
         std::hint::black_box((&super::ends::KEPT, &super::ends::KEPT_OF_THREADS));
         PROCESS.store(std::process::id().cast_signed(), Ordering::Relaxed);
         for (signal, before) in HANDLED.iter().zip(&BEFORE.0) {
-            // SAFETY: the action is plain data; nobody reads `before` meanwhile; the signal exists: the call cannot fail.
+            // SAFETY: the action is plain data; nobody reads `before` meanwhile; the signal exists: the call
+            // cannot fail.
             unsafe { libc::sigaction(*signal, ptr::null(), (*before.get()).as_mut_ptr()) };
             put(*signal);
         }
@@ -65,7 +67,8 @@ pub(super) fn install() {
 
 /// Puts our handler of a signal in place.
 pub(super) fn put(signal: i32) {
-    // SAFETY: the action is plain data, filled as the system wants it; the signal exists: the call cannot fail.
+    // SAFETY: the action is plain data, filled as the system wants it; the signal exists: the call cannot
+    // fail.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         action.sa_sigaction = on_signal as *const () as usize;
@@ -91,11 +94,13 @@ pub(super) fn is_ours(signal: i32) -> bool {
 unsafe extern "C" fn on_signal(signal: i32, info: *mut libc::siginfo_t, context: *mut libc::c_void) {
     let frame = Frame::current();
     if let Place::Ending(_) = marker::place() {
-        // SAFETY: the kernel's arguments; the marker leads to the fate of the generation whose thread ends here.
+        // SAFETY: the kernel's arguments; the marker leads to the fate of the generation whose thread ends
+        // here.
         return unsafe { on_signal_at_the_end(signal, info, context) };
     }
     let in_plugin = !frame.is_null() && matches!(marker::place(), Place::Plugin(_));
-    // SAFETY: the kernel's arguments; the frame is of the guarded call that this thread is in, and its fate outlives it.
+    // SAFETY: the kernel's arguments; the frame is of the guarded call that this thread is in, and its fate
+    // outlives it.
     unsafe {
         let ours = in_plugin && comes_from_here(info) && can_be_left(frame, context.cast());
         let stage = if ours { (*(*frame).fate).stage.load(Ordering::Relaxed) } else { stage::NONE };
@@ -134,8 +139,8 @@ unsafe fn on_signal_at_the_end(signal: i32, info: *mut libc::siginfo_t, context:
     }
 }
 
-/// Is the guarded call of this frame still there, and not left yet? Nothing is led back twice to one frame, nor to one that was
-/// unwound, nor in a process that a plugin forked.
+/// Is the guarded call of this frame still there, and not left yet? Nothing is led back twice to one frame,
+/// nor to one that was unwound, nor in a process that a plugin forked.
 ///
 /// # Safety
 /// The kernel's context, and the innermost frame of this thread.
@@ -147,7 +152,8 @@ unsafe fn can_be_left(frame: *const Frame, context: *mut libc::ucontext_t) -> bo
     }
 }
 
-/// Did the kernel send it because of what this thread did, or this process itself? Somebody else's `kill` is no fault.
+/// Did the kernel send it because of what this thread did, or this process itself? Somebody else's `kill` is
+/// no fault.
 ///
 /// # Safety
 /// The kernel's own information.
@@ -206,8 +212,8 @@ unsafe fn pass_on(signal: i32, info: *mut libc::siginfo_t, context: *mut libc::c
     if signal != NUDGE && unsafe { comes_from_here(info) } && is_this_process() {
         last::say(signal);
     }
-    // SAFETY: `install` wrote it before the first signal came here; a handler of one argument or of three is called as it
-    // was registered.
+    // SAFETY: `install` wrote it before the first signal came here; a handler of one argument or of three is
+    // called as it was registered.
     unsafe {
         let before = (*BEFORE.0[index].get()).assume_init_ref();
         match before.sa_sigaction {
@@ -217,7 +223,8 @@ unsafe fn pass_on(signal: i32, info: *mut libc::siginfo_t, context: *mut libc::c
                 let mut default: libc::sigaction = std::mem::zeroed();
                 default.sa_sigaction = libc::SIG_DFL;
                 libc::sigaction(signal, &default, ptr::null_mut());
-                // A fault happens again on return, with its own address in the core; one that was sent does not.
+                // A fault happens again on return, with its own address in the core; one that was sent does
+                // not.
                 if (*info).si_code <= 0 {
                     libc::raise(signal);
                 }

@@ -1,5 +1,5 @@
-//! Threads that run a plugin's code: each has a stack of its own for the signal handler, since a fault may be that the
-//! thread's own is full.
+//! Threads that run a plugin's code: each has a stack of its own for the signal handler, since a fault may be
+//! that the thread's own is full.
 
 use std::{
     cell::Cell,
@@ -14,7 +14,8 @@ use std::{
 use super::{ending, signals};
 use crate::guard::Fate;
 
-/// Room for the handler, and for those that it passes signals on to [bytes]. The kernel's own frame comes on top.
+/// Room for the handler, and for those that it passes signals on to [bytes]. The kernel's own frame comes on
+/// top.
 const ROOM: usize = 64 << 10;
 
 /// A thread of a generation, as the watchdog sees it.
@@ -27,8 +28,9 @@ pub(crate) struct Thread {
 }
 
 impl Thread {
-    /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor, does not. Also where
-    /// the system does not say. Allocates nothing: whoever holds the lock of the memory may be what is asked about.
+    /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor,
+    /// does not. Also where the system does not say. Allocates nothing: whoever holds the lock of the memory
+    /// may be what is asked about.
     pub(super) fn is_asleep(&self) -> bool {
         let (mut path, mut text) = ([0; 64], [0; 512]);
         let mut rest = &mut path[..];
@@ -72,7 +74,8 @@ thread_local! {
     static HANDLERS_STACK: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
 }
 
-/// Is an address of this thread's stack above another, in frames that were there first? May be called from a signal handler.
+/// Is an address of this thread's stack above another, in frames that were there first? May be called from a
+/// signal handler.
 pub(super) fn is_above(address: usize, other: usize) -> bool {
     address > other && address < STACK_END.get()
 }
@@ -108,8 +111,8 @@ pub(super) fn overflowed(signal: i32, address: usize) -> bool {
 /// A service needs this much of its caller's stack [bytes].
 const SERVICE: usize = 64 << 10;
 
-/// Faults here, still in the plugin's code by the marker, when the plugin left too little stack for a service of the host:
-/// one that overflowed within the service would be the host's fault.
+/// Faults here, still in the plugin's code by the marker, when the plugin left too little stack for a service
+/// of the host: one that overflowed within the service would be the host's fault.
 pub(crate) fn require_stack() {
     let here = 0_u8;
     let here = (&raw const here) as usize;
@@ -125,7 +128,8 @@ fn full(here: usize, lowest: usize) {
     const PAGE: usize = 4096;
     let mut at = here;
     while at > lowest.saturating_sub(NEAR) {
-        // SAFETY: no memory is changed or trusted: this thread's own stack, then the guard page, which ends the call.
+        // SAFETY: no memory is changed or trusted: this thread's own stack, then the guard page, which ends
+        // the call.
         unsafe { (at as *const u8).read_volatile() };
         at -= PAGE;
     }
@@ -135,7 +139,8 @@ fn full(here: usize, lowest: usize) {
 #[derive(Debug)]
 pub(crate) struct Resident {
     fate: Arc<Fate>,
-    /// Memory of the handler's stack and what was there before; None: the system had none to give, and what was there stays.
+    /// Memory of the handler's stack and what was there before; None: the system had none to give, and what
+    /// was there stays.
     stack: Option<(*mut c_void, usize, libc::stack_t)>,
 }
 

@@ -1,5 +1,5 @@
-//! What a plugin's code can take from the guards: the signals' handlers, the thread's mask, the stack that handlers run on.
-//! Looked at when a call is over, and put back.
+//! What a plugin's code can take from the guards: the signals' handlers, the thread's mask, the stack that
+//! handlers run on. Looked at when a call is over, and put back.
 
 use std::{
     fmt::Write,
@@ -46,7 +46,8 @@ pub fn ever_taken(part: Part) -> Option<String> {
     words(EVER.0.load(Ordering::Relaxed) & bits)
 }
 
-/// A call is over: puts back what it took, on its thread and in the process. What is told for the first time, in words.
+/// A call is over: puts back what it took, on its thread and in the process. What is told for the first time,
+/// in words.
 pub(crate) fn put_back(fate: &Fate) -> Option<String> {
     let bits = handlers() | thread() | fate.taken.0.swap(0, Ordering::Relaxed);
     if bits == 0 {

@@ -1,5 +1,5 @@
-//! A library's executable memory, and taking it away from a runaway: whoever runs it faults on the next instruction, at a
-//! place where nothing of the C library is half done.
+//! A library's executable memory, and taking it away from a runaway: whoever runs it faults on the next
+//! instruction, at a place where nothing of the C library is half done.
 
 use std::{ffi::c_void, ptr};
 
@@ -41,7 +41,8 @@ impl Text {
 
     fn protect(&self, protection: i32) -> bool {
         self.ranges.iter().fold(true, |all, &(start, length)| {
-            // SAFETY: text of a plugin's library, which no host code runs or writes; who runs it is in a guarded call.
+            // SAFETY: text of a plugin's library, which no host code runs or writes; who runs it is in a
+            // guarded call.
             all & (unsafe { libc::mprotect(start as *mut c_void, length, protection) } == 0)
         })
     }

@@ -1,5 +1,5 @@
-//! Calls that do not end: asked to stop, then stopped. A thread of the host's own looks at all generations every few
-//! milliseconds while one of them runs.
+//! Calls that do not end: asked to stop, then stopped. A thread of the host's own looks at all generations
+//! every few milliseconds while one of them runs.
 
 use std::{
     sync::{
@@ -22,11 +22,13 @@ const WAITING: u32 = 8;
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
 /// How long a call may take to come back to its text after that was taken away [processor time].
 const RETURN: Duration = Duration::from_millis(40);
-/// The same, for one that waits in the system and was interrupted there [clock]. The clock stands where a thread could go on
-/// and has no processor: it may be about to leave the C library, with a lock of it in its hands.
+/// The same, for one that waits in the system and was interrupted there [clock]. The clock stands where a
+/// thread could go on and has no processor: it may be about to leave the C library, with a lock of it in its
+/// hands.
 const RETURN_WAITING: Duration = Duration::from_millis(400);
 
-/// Threads of a generation for whose times there is room before its first step, which would otherwise be seen to allocate.
+/// Threads of a generation for whose times there is room before its first step, which would otherwise be seen
+/// to allocate.
 const MOST_THREADS: usize = 16;
 
 /// A generation under watch.
@@ -149,8 +151,9 @@ impl Watched {
             }
             (Some(asked), None) if used.saturating_sub(asked) >= limits.grace => self.deny(fate, busiest),
             (Some(_), Some(before)) => {
-                // Interrupted in the system, it comes back to its text; if it does not, it is left where it is. That is not
-                // done at once: it might hold a lock of the C library, which every thread would then wait for.
+                // Interrupted in the system, it comes back to its text; if it does not, it is left where it
+                // is. That is not done at once: it might hold a lock of the C library, which every thread
+                // would then wait for.
                 let asleep = fate.threads().iter().all(super::stack::Thread::is_asleep);
                 if asleep {
                     self.asleep += TICK;
@@ -169,8 +172,8 @@ impl Watched {
         true
     }
 
-    /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock (all of it
-    /// after [`LONGEST_WAIT`]).
+    /// Processor time of the busiest thread in this call, and what counts: that, or an eighth of the clock
+    /// (all of it after [`LONGEST_WAIT`]).
     fn used(&self, fate: &Fate, limit: Duration) -> (Duration, Duration) {
         let threads = fate.threads();
         // A thread that began after the call was first seen has spent all of its time in it.
@@ -186,7 +189,8 @@ impl Watched {
                 // Nobody waits for long while something ends.
                 let slowly = waited < limit.max(LONGEST_WAIT) && fate.watch() != Watch::End;
                 let clock = if slowly { waited / WAITING } else { waited };
-                // A thread that could go on, and has no processor, is no fault of its own, however long that takes.
+                // A thread that could go on, and has no processor, is no fault of its own, however long that
+                // takes.
                 let waits = clock >= limit && threads.iter().all(super::stack::Thread::is_asleep);
                 (busiest, if waits { busiest.max(clock) } else { busiest })
             }
@@ -197,7 +201,8 @@ impl Watched {
     /// Takes the text away, unless the call has just ended.
     fn deny(&mut self, fate: &Fate, busiest: Duration) {
         let text = fate.text();
-        // With the lock held the library is not closed; a library linked into the program has no text of its own.
+        // With the lock held the library is not closed; a library linked into the program has no text of its
+        // own.
         if let Some(text) = text.as_ref()
             && fate.call.load(Ordering::Acquire) == self.call
         {

@@ -1,5 +1,5 @@
-//! The panel over the sea, and the hint line under it. It shows a [`PanelModel`] and returns [`Action`]s: nothing here
-//! touches the sea.
+//! The panel over the sea, and the hint line under it. It shows a [`PanelModel`] and returns [`Action`]s:
+//! nothing here touches the sea.
 
 pub mod hint;
 pub mod model;

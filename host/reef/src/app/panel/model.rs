@@ -1,5 +1,5 @@
-//! What the panel shows and what it can ask for. Plain data: the panel never reaches into the sea, the window carries
-//! its wishes out.
+//! What the panel shows and what it can ask for. Plain data: the panel never reaches into the sea, the window
+//! carries its wishes out.
 
 use std::{collections::VecDeque, path::PathBuf};
 

@@ -19,8 +19,8 @@ use serde_json::json;
 /// Options of `reef plugin new`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Name of the plugin, and of the folder that is made for it: lower-case letters, digits and `-`. A path makes the folder
-    /// there.
+    /// Name of the plugin, and of the folder that is made for it: lower-case letters, digits and `-`. A path
+    /// makes the folder there.
     #[arg(value_name = "NAME")]
     pub folder: PathBuf,
     /// The language of its source.
@@ -140,14 +140,16 @@ fn rust(name: &str, sdk: &Path) -> Result<Files, Failure> {
         ("README.md", filled(include_str!("templates/README-rust.md.in"), name)),
         (".gitignore", "/target/\n".to_owned()),
     ];
-    // The checkout's versions of what the SDK needs: the same ones, and already downloaded. Cargo drops the rest.
+    // The checkout's versions of what the SDK needs: the same ones, and already downloaded. Cargo drops the
+    // rest.
     if let Ok(lock) = fs::read_to_string(sdk.join("../../Cargo.lock")) {
         files.push(("Cargo.lock", lock));
     }
     Ok(files)
 }
 
-/// The crate reef-sdk: where somebody says, else in the checkout around the new folder, the program or the working folder.
+/// The crate reef-sdk: where somebody says, else in the checkout around the new folder, the program or the
+/// working folder.
 fn sdk(parent: &Path, wanted: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_one = |folder: &Path| {
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();

@@ -120,7 +120,8 @@ fn motion(scene: &Scene) -> Vec<(String, Scene)> {
     scenes
 }
 
-/// The objects of each kind of thing in a module's lists: those of one `kind` or `species`, else of each element.
+/// The objects of each kind of thing in a module's lists: those of one `kind` or `species`, else of each
+/// element.
 fn groups(
     scene: &Scene,
     module: usize,
@@ -196,8 +197,8 @@ fn objects_with(
     Ok(objects(&make(scene)?, 0))
 }
 
-/// The ids in the whole scene of what a longer list adds: a module makes its objects in the order of its lists. None: it does
-/// not.
+/// The ids in the whole scene of what a longer list adds: a module makes its objects in the order of its
+/// lists. None: it does not.
 fn added(before: &Listed, after: &Listed, whole: &Listed) -> Option<HashSet<u64>> {
     let more = after.len().checked_sub(before.len())?;
     let same = |a: &Listed, b: &Listed| a.iter().zip(b).take_while(|(a, b)| a.1 == b.1).count();

@@ -1,6 +1,6 @@
-//! `reef validate --subjects`: takes each thing out of each scene in turn, and sees the pictures of the scene's moments
-//! change: each of them for a module, at least one for any other thing. A thing whose absence nobody would see in a golden picture
-//! is one that the golden picture does not hold.
+//! `reef validate --subjects`: takes each thing out of each scene in turn, and sees the pictures of the
+//! scene's moments change: each of them for a module, at least one for any other thing. A thing whose absence
+//! nobody would see in a golden picture is one that the golden picture does not hold.
 
 mod list;
 

@@ -1,8 +1,8 @@
 //! All plants of a scene, stepped together.
 //!
-//! A step goes in three waves, each spread over the workers in fixed pieces: the feet; the fibres on them, whose roots ride
-//! on the feet as they have just become; the fibres that follow guides. Each piece packs the flow around itself once
-//! and writes its nodes to where they are emitted.
+//! A step goes in three waves, each spread over the workers in fixed pieces: the feet; the fibres on them,
+//! whose roots ride on the feet as they have just become; the fibres that follow guides. Each piece packs the
+//! flow around itself once and writes its nodes to where they are emitted.
 
 mod emit;
 mod ground;
@@ -132,7 +132,8 @@ pub(crate) struct Spot {
     pub(crate) wave: Wave,
 }
 
-/// One fibre in the list of all: where it is, and what of it never changes in the streams. Small, since a step reads all of it.
+/// One fibre in the list of all: where it is, and what of it never changes in the streams. Small, since a
+/// step reads all of it.
 #[derive(Clone, Copy, Debug)]
 struct Listed {
     spot: Spot,
@@ -143,7 +144,8 @@ struct Listed {
     look: u32,
 }
 
-/// What all fibres of a batch stand on. It alone decides what they are relative to, so no fibre's bytes depend on the others.
+/// What all fibres of a batch stand on. It alone decides what they are relative to, so no fibre's bytes
+/// depend on the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Base {
     /// The foot of this plant: they ride on its top.
@@ -168,8 +170,8 @@ pub(crate) struct Batch {
     bounds: Sphere,
     pub(crate) packed: Packed,
     contacts: Contacts,
-    /// Where each fibre feels the waves, all of those on one foot in one place; and what they feel, as many to a vector as
-    /// fibres are, or one for all.
+    /// Where each fibre feels the waves, all of those on one foot in one place; and what they feel, as many
+    /// to a vector as fibres are, or one for all.
     spots: Vec<u32>,
     surges: Vec<Surges>,
     /// Made when some of its plants, but not all, must be stepped apart.
@@ -215,7 +217,8 @@ pub struct Bed {
     listed: Vec<Listed>,
     /// What many fibres have in common in the streams.
     looks: Vec<abi::Fibre>,
-    /// Origin and reach of each plant [m], as its object has them: what stands still is looked up side by side.
+    /// Origin and reach of each plant [m], as its object has them: what stands still is looked up side by
+    /// side.
     bounds: Vec<([f64; 3], f32)>,
     /// Plants with a foot; plants that others perceive.
     footed: Vec<u32>,
@@ -293,8 +296,8 @@ impl Bed {
         self.perceived.len()
     }
 
-    /// Local flow primitives that were evaluated in the last step, and those that bounding spheres saved, both times the
-    /// nodes that they would have been evaluated at.
+    /// Local flow primitives that were evaluated in the last step, and those that bounding spheres saved,
+    /// both times the nodes that they would have been evaluated at.
     pub fn evaluations(&self) -> (u64, u64) {
         self.evaluations
     }
@@ -470,8 +473,8 @@ impl Bed {
     }
 }
 
-/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then. Who takes which
-/// batches changes nothing.
+/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then.
+/// Who takes which batches changes nothing.
 fn each_batch(
     workers: Workers<'_>,
     batches: &mut [Batch],

@@ -1,9 +1,10 @@
-//! What a plant emits itself does not act on it (`reef_flow.owner`): on all of the plant, since its foot and its fibres are one
-//! object.
+//! What a plant emits itself does not act on it (`reef_flow.owner`): on all of the plant, since its foot and
+//! its fibres are one object.
 //!
-//! Fibres that ride on one foot have a batch of their own, whose flow then simply lacks what the plant emits. Where a batch
-//! has fibres of several plants, those of a plant that emits are stepped once more, from the same pose in the water that
-//! they feel, and their lanes take the place of the first ones. A sea in which no plant emits anything pays nothing for it.
+//! Fibres that ride on one foot have a batch of their own, whose flow then simply lacks what the plant emits.
+//! Where a batch has fibres of several plants, those of a plant that emits are stepped once more, from the
+//! same pose in the water that they feel, and their lanes take the place of the first ones. A sea in which no
+//! plant emits anything pays nothing for it.
 
 use reef_sdk::abi::Flow;
 
@@ -32,8 +33,8 @@ pub(super) struct Apart {
     nodes: Vec<[f32; 4]>,
 }
 
-/// Steps a batch, whose fibres belong to `plants`, each plant in the water without what it emits itself. `step` steps a
-/// chunk in the flow without what an object (0: nobody) emits, and writes its nodes.
+/// Steps a batch, whose fibres belong to `plants`, each plant in the water without what it emits itself.
+/// `step` steps a chunk in the flow without what an object (0: nobody) emits, and writes its nodes.
 pub(super) fn step(
     chunk: &mut Chunk,
     plants: &[u32],

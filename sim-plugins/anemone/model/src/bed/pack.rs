@@ -92,8 +92,9 @@ impl Bed {
 }
 
 impl Jobs {
-    /// Few enough batches in a job that workers end together, and as many as that allows: a job asks for the memory of each
-    /// but its first batch early. `starts`: where each batch's nodes begin, one more at the end.
+    /// Few enough batches in a job that workers end together, and as many as that allows: a job asks for the
+    /// memory of each but its first batch early. `starts`: where each batch's nodes begin, one more at the
+    /// end.
     fn of(starts: &[usize]) -> Self {
         let count = starts.len() - 1;
         let batches = (count / 16).clamp(1, 16);

@@ -1,5 +1,6 @@
-//! The nodes as recordings have them: in f64 from the world's origin on, so that lengths and distances that the model keeps
-//! are kept in a recording, too. The streams' nodes are these, rounded on the way along each chain to f32.
+//! The nodes as recordings have them: in f64 from the world's origin on, so that lengths and distances that
+//! the model keeps are kept in a recording, too. The streams' nodes are these, rounded on the way along each
+//! chain to f32.
 
 use glam::DVec3;
 use reef_sdk::abi::{self, Trace};
@@ -8,8 +9,8 @@ use super::{Batch, Bed, Standing};
 use crate::frame::Frame;
 
 impl Bed {
-    /// Every node of every fibre that is not broken off. A foot and each of its tentacles are objects of their own, in that
-    /// order; what breaks off keeps its number and has no more nodes.
+    /// Every node of every fibre that is not broken off. A foot and each of its tentacles are objects of
+    /// their own, in that order; what breaks off keeps its number and has no more nodes.
     pub fn trace(&self) -> impl Iterator<Item = Trace> + '_ {
         self.plants.iter().flat_map(move |plant| {
             let carrier = self.carrier(plant);

@@ -32,7 +32,8 @@ pub(crate) fn lanes(count: usize) -> impl Iterator<Item = (usize, usize, usize)>
     })
 }
 
-/// One segment of sixteen fibres: what never changes in a step. Like the others below, each vector a line of the cache.
+/// One segment of sixteen fibres: what never changes in a step. Like the others below, each vector a line of
+/// the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Segment {
@@ -54,7 +55,8 @@ pub(crate) struct Segment {
 pub(crate) struct Pose {
     /// Bend away from the rest direction [rad]: the state.
     pub(crate) bend: [Sixteen; 2],
-    /// d_i. Within a step, from when the loads no longer need it until the bends have made it anew: F(N_i) [N].
+    /// d_i. Within a step, from when the loads no longer need it until the bends have made it anew: F(N_i)
+    /// [N].
     pub(crate) direction: [Sixteen; 3],
 }
 
@@ -65,20 +67,20 @@ pub(crate) struct Group {
     /// N_0 [m], relative to the plant's origin.
     pub(crate) root: [Sixteen; 3],
     pub(crate) root_radius: Sixteen,
-    /// N_top [m], relative to the plant's origin. The nodes between are not kept: from here they follow down along the
-    /// directions, from the root up.
+    /// N_top [m], relative to the plant's origin. The nodes between are not kept: from here they follow down
+    /// along the directions, from the root up.
     pub(crate) tip: [Sixteen; 3],
     /// The frame that carries the first rest direction: x, y, z.
     pub(crate) frame: [[Sixteen; 3]; 3],
     /// From the plant's origin to the chunk's anchor [m]: added where the flow is evaluated.
     pub(crate) offset: [Sixteen; 3],
-    /// The ball that holds a fibre: the middle between root and tip [m], relative to the plant's origin, half the fibre's
-    /// length, and its greatest radius.
+    /// The ball that holds a fibre: the middle between root and tip [m], relative to the plant's origin, half
+    /// the fibre's length, and its greatest radius.
     pub(crate) middle: [Sixteen; 3],
     pub(crate) half_length: Sixteen,
     pub(crate) thickest: Sixteen,
-    /// Γ over A |∇V| where that is the same everywhere (`pace.rs`): the greatest Σ_{j ≥ i} a_j D_j / (k_i L_i), with a the
-    /// drag numbers.
+    /// Γ over A |∇V| where that is the same everywhere (`pace.rs`): the greatest Σ_{j ≥ i} a_j D_j / (k_i
+    /// L_i), with a the drag numbers.
     pub(crate) lever: Sixteen,
     /// 1 − exp(−dt/τ) of the step under way.
     pub(crate) gain: Sixteen,
@@ -159,10 +161,11 @@ pub struct Chunk {
     pub(crate) kinds: usize,
     /// Segment by segment, `kinds` groups each; see [`Self::constants_of`] and [`Self::share_constants`].
     pub(crate) constants: Arc<Vec<Segment>>,
-    /// Where the rest pose turns the segment below to, in that segment's frame, as `constants`; empty unless `curved`.
+    /// Where the rest pose turns the segment below to, in that segment's frame, as `constants`; empty unless
+    /// `curved`.
     pub(crate) rests: Vec<[Sixteen; 3]>,
-    /// Segment by segment, all groups of a segment side by side, the tip's first: the loads, which fetch all of this from far
-    /// away, then go through memory forward, as processors expect. See [`Self::pose_of`].
+    /// Segment by segment, all groups of a segment side by side, the tip's first: the loads, which fetch all
+    /// of this from far away, then go through memory forward, as processors expect. See [`Self::pose_of`].
     pub(crate) poses: Vec<Pose>,
     pub(crate) roots: Vec<Group>,
     pub(crate) seats: Vec<Seat>,
@@ -173,8 +176,8 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// Packs fibres of one number of segments; [`MOST_FIBRES`] at most, at least one. None otherwise. `stiffness`: K and n
-    /// of eq. (11) of each, kept for [`Self::set_stiffness`].
+    /// Packs fibres of one number of segments; [`MOST_FIBRES`] at most, at least one. None otherwise.
+    /// `stiffness`: K and n of eq. (11) of each, kept for [`Self::set_stiffness`].
     pub fn new(lanes: &[Lane], drag: Drag, stiffness: &[(f64, f64)]) -> Option<Self> {
         let first = lanes.first()?;
         let segments = first.shape.segments();
@@ -333,7 +336,8 @@ impl Chunk {
         most.min(1e15) as f32
     }
 
-    /// Works out how far each fibre goes toward its target in a step of `dt` [s]; `damping` multiplies every τ.
+    /// Works out how far each fibre goes toward its target in a step of `dt` [s]; `damping` multiplies every
+    /// τ.
     pub fn set_gain(&mut self, dt: f64, damping: f64) {
         if self.gained == (dt, damping) {
             return;
@@ -418,8 +422,8 @@ impl Chunk {
         Frame { x, y, z }
     }
 
-    /// A unit vector across a fibre's first segment, carried from its root without twist; of the pose that was emitted
-    /// last.
+    /// A unit vector across a fibre's first segment, carried from its root without twist; of the pose that
+    /// was emitted last.
     pub fn normal(&self, fibre: usize) -> Vec3 {
         Self::vector(&self.roots[fibre / LANES].normal, fibre % LANES)
     }
@@ -495,8 +499,8 @@ impl Chunk {
         }
     }
 
-    /// Takes back what [`Self::save`] wrote; the poses follow with the next [`super::rebuild`]. False, and nothing
-    /// happens, for numbers that no step leaves behind.
+    /// Takes back what [`Self::save`] wrote; the poses follow with the next [`super::rebuild`]. False, and
+    /// nothing happens, for numbers that no step leaves behind.
     pub fn load(&mut self, from: &[f32]) -> bool {
         if from.len() != self.state_len() || !from.iter().all(|value| value.is_finite()) {
             return false;
@@ -522,7 +526,8 @@ impl Chunk {
     }
 }
 
-/// A state is written by eights of fibres, whatever the width of a vector: it does not change with the kernel.
+/// A state is written by eights of fibres, whatever the width of a vector: it does not change with the
+/// kernel.
 const SAVED: usize = 8;
 
 /// Group and lanes of one of a state's eights.

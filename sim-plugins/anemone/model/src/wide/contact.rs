@@ -1,5 +1,5 @@
-//! Rocks and ground push nodes out (the penalty that §6 of the paper asks for): a node and its radius form one end of a
-//! capsule, and each length of overlap costs a force.
+//! Rocks and ground push nodes out (the penalty that §6 of the paper asks for): a node and its radius form
+//! one end of a capsule, and each length of overlap costs a force.
 
 use fearless_simd::{Select, Simd, f32x16, prelude::*};
 use reef_flow::simd::splat16 as splat;
@@ -37,8 +37,8 @@ pub struct Contacts {
     pub capsules: Vec<Capsule>,
     /// The ground, one entry a group of sixteen fibres; empty: none.
     pub ground: Vec<Ground>,
-    /// [`Contacts::ROOTED`] for each node that stands in the ground at rest, so that the ground does not push it, else 0:
-    /// segment by segment, all groups of a segment side by side. Empty: none does.
+    /// [`Contacts::ROOTED`] for each node that stands in the ground at rest, so that the ground does not push
+    /// it, else 0: segment by segment, all groups of a segment side by side. Empty: none does.
     pub rooted: Vec<Sixteen>,
 }
 
@@ -52,7 +52,8 @@ impl Contacts {
     }
 }
 
-/// 1 for each of sixteen balls (relative to the chunk's anchor) of group `group` that reaches something, else 0.
+/// 1 for each of sixteen balls (relative to the chunk's anchor) of group `group` that reaches something, else
+/// 0.
 #[inline(always)]
 pub(crate) fn may_touch<S: Simd>(
     simd: S,
@@ -73,8 +74,8 @@ pub(crate) fn may_touch<S: Simd>(
     near
 }
 
-/// Sum over all contacts of (overlap) · (outward normal) [m] of sixteen nodes of radius `radius`, at the ends of the
-/// segments at `segment`, `group`.
+/// Sum over all contacts of (overlap) · (outward normal) [m] of sixteen nodes of radius `radius`, at the ends
+/// of the segments at `segment`, `group`.
 #[inline(always)]
 pub(crate) fn overlap<S: Simd>(
     simd: S,

@@ -32,9 +32,9 @@ pub(crate) fn emit<S: Simd>(simd: S, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
     }
 }
 
-/// One node of each of sixteen fibres, x, y, z and radius, on its way from lanes to where each fibre's nodes follow one another.
-/// It goes through memory because stores of single nodes straight out of wide registers would keep the one unit busy that can
-/// take these apart.
+/// One node of each of sixteen fibres, x, y, z and radius, on its way from lanes to where each fibre's nodes
+/// follow one another. It goes through memory because stores of single nodes straight out of wide registers
+/// would keep the one unit busy that can take these apart.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct Tray([[f32; 4]; LANES]);
@@ -56,8 +56,8 @@ impl Tray {
         xz_high.zip_high(yr_high).store_slice(&mut row[3]);
     }
 
-    /// Writes them as nodes `at` of the fibres of group `group` in `into`, of `nodes` nodes each. The last group may have fewer
-    /// than sixteen.
+    /// Writes them as nodes `at` of the fibres of group `group` in `into`, of `nodes` nodes each. The last
+    /// group may have fewer than sixteen.
     #[inline(always)]
     pub(crate) fn empty(&self, group: usize, at: usize, into: &mut [[f32; 4]], nodes: usize) {
         let own = into.get_mut(group * LANES * nodes..).unwrap_or_default();
@@ -76,7 +76,8 @@ pub(crate) fn face<S: Simd>(simd: S, root: &mut Group, d: Vector<S>) {
     store3(&mut root.normal, normal);
 }
 
-/// The root frame's x, carried to the first segment's direction by the smallest turn. Sums without fused operations.
+/// The root frame's x, carried to the first segment's direction by the smallest turn. Sums without fused
+/// operations.
 #[inline(always)]
 fn normal<S: Simd>(simd: S, root: &Group, d: Vector<S>) -> Vector<S> {
     let (x, z) = (load3(simd, &root.frame[0]), load3(simd, &root.frame[2]));

@@ -1,5 +1,5 @@
-//! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`); several times where the load changes fast
-//! (`pace.rs`).
+//! One step of a chunk: loads from tip to root, then bends from root to tip (`pose.rs`); several times where
+//! the load changes fast (`pace.rs`).
 
 use core::ops::Range;
 
@@ -64,8 +64,8 @@ impl Default for StepConstants {
     }
 }
 
-/// Greatest speed [m/s] and force [N] along an axis that the kernel goes on with: far beyond any sea, and their squares
-/// summed over a chain stay finite.
+/// Greatest speed [m/s] and force [N] along an axis that the kernel goes on with: far beyond any sea, and
+/// their squares summed over a chain stay finite.
 pub(crate) const GREATEST_SPEED: f32 = 1e9;
 const GREATEST_FORCE: f32 = 1e15;
 
@@ -99,8 +99,8 @@ pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x16<S> {
     mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
 }
 
-/// Sixteen equal vectors. Written out, like everything here: a closure, as `map` takes it, does not always inherit the vector
-/// instructions of where it stands.
+/// Sixteen equal vectors. Written out, like everything here: a closure, as `map` takes it, does not always
+/// inherit the vector instructions of where it stands.
 #[inline(always)]
 pub(crate) fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> Vector<S> {
     [splat(simd, x), splat(simd, y), splat(simd, z)]
@@ -212,8 +212,8 @@ impl Law {
 
 /// F(N_i), eq. (13), of every node of some groups, tip to root. `next`: what will be written after it.
 ///
-/// Segment by segment, in two loops over the groups: a processor looks ahead as far as one group's whole chain is long, and so
-/// that several are under way, chains are cut in two.
+/// Segment by segment, in two loops over the groups: a processor looks ahead as far as one group's whole
+/// chain is long, and so that several are under way, chains are cut in two.
 #[inline(always)]
 fn loads<S: Simd>(
     simd: S,
@@ -388,8 +388,9 @@ impl Group {
     }
 }
 
-/// F_L(N_i) + F_M(N_{i−1}), eq. (12): what sixteen nodes hand to the ones below. With M = L d × F_T and b the direction of
-/// the segment below, −b × M is L (F_T (b·d) − d (b·F_T)): in a straight chain F_T's own direction.
+/// F_L(N_i) + F_M(N_{i−1}), eq. (12): what sixteen nodes hand to the ones below. With M = L d × F_T and b the
+/// direction of the segment below, −b × M is L (F_T (b·d) − d (b·F_T)): in a straight chain F_T's own
+/// direction.
 #[inline(always)]
 fn hand_down<S: Simd>(
     simd: S,

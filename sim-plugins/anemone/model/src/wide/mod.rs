@@ -1,9 +1,10 @@
-//! The equations of [`crate::reference`], sixteen fibres a vector: one register of AVX-512, two of AVX2, four below. Two
-//! registers' worth of independent work hides much of what the roots and quotients of one fibre wait for.
+//! The equations of [`crate::reference`], sixteen fibres a vector: one register of AVX-512, two of AVX2, four
+//! below. Two registers' worth of independent work hides much of what the roots and quotients of one fibre
+//! wait for.
 //!
-//! Lanes are independent fibres with the same number of segments, so the width never reorders a sum; every operation is
-//! exact by IEEE 754 or a fused multiply-add, so all instruction sets give the same bytes. Nothing here allocates after a
-//! [`Chunk`] was made.
+//! Lanes are independent fibres with the same number of segments, so the width never reorders a sum; every
+//! operation is exact by IEEE 754 or a fused multiply-add, so all instruction sets give the same bytes.
+//! Nothing here allocates after a [`Chunk`] was made.
 
 mod chunk;
 mod contact;
@@ -33,13 +34,14 @@ pub type Sixteen = [f32; LANES];
 pub struct Water<'a> {
     /// The flow, relative to the chunk's anchor.
     pub flow: &'a Packed,
-    /// What the waves add, relative to the plants' origins: one for each sixteen fibres, or one for all; nothing where there
-    /// are none.
+    /// What the waves add, relative to the plants' origins: one for each sixteen fibres, or one for all;
+    /// nothing where there are none.
     pub surges: &'a [Surges],
 }
 
-/// One step of all fibres of a chunk without waves: eq. (13) down the chain, then the bends up again. `packed` is the flow
-/// relative to the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots ([`carry`]) first.
+/// One step of all fibres of a chunk without waves: eq. (13) down the chain, then the bends up again.
+/// `packed` is the flow relative to the chunk's anchor. Set the gain ([`Chunk::set_gain`]) and the roots
+/// ([`carry`]) first.
 pub fn step(
     level: Level,
     chunk: &mut Chunk,
@@ -77,14 +79,15 @@ pub fn rebuild(level: Level, chunk: &mut Chunk) {
     reef_flow::dispatch!(level, simd => pose::rebuild(simd, chunk));
 }
 
-/// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius. Works out [`Chunk::normal`].
+/// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius. Works out
+/// [`Chunk::normal`].
 pub fn emit(level: Level, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
     reef_flow::dispatch!(level, simd => emit::emit(simd, chunk, into));
 }
 
-/// Gives interpolated fibres (§5.4) the weighted bends of their guides, and places their nodes. All lengths hold, because
-/// bends are blended, not positions. `guides` finds the chunks that the blends name, of as many segments as
-/// this one.
+/// Gives interpolated fibres (§5.4) the weighted bends of their guides, and places their nodes. All lengths
+/// hold, because bends are blended, not positions. `guides` finds the chunks that the blends name, of as many
+/// segments as this one.
 pub fn follow<'a>(
     level: Level,
     chunk: &mut Chunk,

@@ -1,12 +1,15 @@
-//! How far a step may go. A joint goes the share 1 − exp(−dt/τ) of its way; where the load changes fast as the fibre moves,
-//! that is too far, and the fibre would swing or circle about its steady pose for ever. Such fibres take the step in parts.
+//! How far a step may go. A joint goes the share 1 − exp(−dt/τ) of its way; where the load changes fast as
+//! the fibre moves, that is too far, and the fibre would swing or circle about its steady pose for ever. Such
+//! fibres take the step in parts.
 //!
-//! What decides is Γ, the spectral radius of B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} A_j |∇V(N_j)| |N_j − N_{l−1}|: how much the
-//! target of joint i moves when joint l turns. A fibre settles for shares up to 2/(1 + Γ)². Γ is bounded by the greatest
-//! sum of a row of B, with distances along the fibre: Σ_l |N_j − N_{l−1}| ≤ D_j, and the sums follow from tip to root. A
-//! contact pushes back along one direction, which only needs 2/(1 + S) with S the trace of its own matrix.
+//! What decides is Γ, the spectral radius of B_il = (1/(k_i L_i)) Σ_{j ≥ max(i,l)} A_j |∇V(N_j)| |N_j −
+//! N_{l−1}|: how much the target of joint i moves when joint l turns. A fibre settles for shares up to 2/(1 +
+//! Γ)². Γ is bounded by the greatest sum of a row of B, with distances along the fibre: Σ_l |N_j − N_{l−1}| ≤
+//! D_j, and the sums follow from tip to root. A contact pushes back along one direction, which only needs
+//! 2/(1 + S) with S the trace of its own matrix.
 //!
-//! Each number belongs to one fibre alone, so what a fibre does does not depend on its neighbours in the chunk.
+//! Each number belongs to one fibre alone, so what a fibre does does not depend on its neighbours in the
+//! chunk.
 
 use core::ops::Range;
 
@@ -50,8 +53,8 @@ impl Outlook {
     }
 }
 
-/// Looks whether a step may be taken at once. Each fibre lies in the ball around the middle between root and tip whose
-/// radius is half the fibre's length.
+/// Looks whether a step may be taken at once. Each fibre lies in the ball around the middle between root and
+/// tip whose radius is half the fibre's length.
 #[inline(always)]
 pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> Outlook {
     let Around { packed, surges, contacts, law, constants, .. } = *around;
@@ -91,8 +94,8 @@ pub(crate) fn outlook<S: Simd>(simd: S, chunk: &Chunk, around: &Around<'_>) -> O
     outlook
 }
 
-/// The greatest share of its way that each fibre of some groups may go from its present pose: 2 / ((1 + Γ)² + 2 S). With
-/// twice S a contact is met in one go.
+/// The greatest share of its way that each fibre of some groups may go from its present pose: 2 / ((1 + Γ)² +
+/// 2 S). With twice S a contact is met in one go.
 #[inline(always)]
 pub(crate) fn shares<S: Simd>(
     simd: S,
@@ -112,8 +115,8 @@ pub(crate) fn shares<S: Simd>(
             levers = mul_add(length, splat(simd, (s + 1) as f32), levers);
             arc += length;
         }
-        // Sums over the nodes above: of A |∇V| D; of the contacts' stiffnesses, and of these times the length up to
-        // them.
+        // Sums over the nodes above: of A |∇V| D; of the contacts' stiffnesses, and of these times the length
+        // up to them.
         let (mut row, mut stiff, mut stiff_arc) = (zero, zero, zero);
         let (mut gamma, mut trace) = (zero, zero);
         let mut node = load3(simd, &root.tip);
@@ -226,8 +229,8 @@ impl Plan {
         }
     }
 
-    /// What comes after part `part` of the group before `end`: a part and its group, each group's parts one after the
-    /// other.
+    /// What comes after part `part` of the group before `end`: a part and its group, each group's parts one
+    /// after the other.
     pub(crate) fn next(&self, part: u32, end: usize) -> Option<(u32, usize)> {
         // The first part is everybody's.
         if part > 0 && part + 1 < self.most[end - 1] {

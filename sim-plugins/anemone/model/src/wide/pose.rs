@@ -12,7 +12,8 @@ use super::{
     kernel::{Vector, add_scaled, dot, load, load3, splat3, store, store3, sub_scaled},
 };
 
-/// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8 off.
+/// (sin √y / √y − 1) / y and (cos √y − 1 + y/2) / y² for y up to (π/2)², fitted at Chebyshev's points: 1.2e-8
+/// off.
 const SINC: [f32; 5] = [-1.666_666_7e-1, 8.333_333e-3, -1.984_108_7e-4, 2.753_646e-6, -2.408_009_4e-8];
 const COSINE: [f32; 4] = [4.166_666_8e-2, -1.388_881_2e-3, 2.478_607_9e-5, -2.654_596_8e-7];
 /// (tan(½√y) / √y − ½) / y for y up to (π/2)²: 6e-8 off in the tangent; the shorter one 2e-4.
@@ -80,8 +81,9 @@ impl<S: Simd> Walker<S> {
         }
     }
 
-    /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes. `tangent`: that
-    /// vector's part across z over 1 + its part along z, which is the tangent of half the turn.
+    /// Turns the frame by the smallest turn that brings z to `local`, a unit vector in the frame's own axes.
+    /// `tangent`: that vector's part across z over 1 + its part along z, which is the tangent of half the
+    /// turn.
     #[inline(always)]
     fn turn(&mut self, simd: S, local: Vector<S>, tangent: [f32x16<S>; 2]) {
         let d = [
@@ -148,11 +150,11 @@ impl<S: Simd> Turn<S> {
     }
 }
 
-/// Bends every joint of some groups by their `gains` toward the angle at which its spring holds the force that `loads`
-/// left, and places the nodes. Writes them to `into`, unless that is empty.
+/// Bends every joint of some groups by their `gains` toward the angle at which its spring holds the force
+/// that `loads` left, and places the nodes. Writes them to `into`, unless that is empty.
 ///
-/// Segment by segment, each in short loops over the groups: what one group computes is a long chain of roots and quotients, and
-/// only side by side do the groups fill the time that each link takes.
+/// Segment by segment, each in short loops over the groups: what one group computes is a long chain of roots
+/// and quotients, and only side by side do the groups fill the time that each link takes.
 #[inline(always)]
 pub(crate) fn bend<S: Simd>(
     simd: S,
@@ -240,14 +242,14 @@ const NEWTON_STEPS: usize = 3;
 /// Groups whose nodes go out between two of them.
 const GAP: usize = GROUPS.div_ceil(NEWTON_STEPS - 1);
 
-/// The equilibrium of sixteen joints under forces that are given in the axes of their rest frames: eq. (10) solved for
-/// u = tan(α/2). With P the force across the rest direction, Q that along it and κ = k L, [`crate::reference`]'s equation
-/// κ t √(1 + t²) + Q t = P becomes, for t = 2u / (1 − u²),
+/// The equilibrium of sixteen joints under forces that are given in the axes of their rest frames: eq. (10)
+/// solved for u = tan(α/2). With P the force across the rest direction, Q that along it and κ = k L,
+/// [`crate::reference`]'s equation κ t √(1 + t²) + Q t = P becomes, for t = 2u / (1 − u²),
 ///
 /// G(u) = 2u (κ (1 + u²) + Q (1 − u²)) − P (1 − u²)² = 0:
 ///
-/// a polynomial, without a root to take, and defined for any load and any stiffness. Newton's iteration begins at the present
-/// bend, so a pose that has settled solves it to rounding.
+/// a polynomial, without a root to take, and defined for any load and any stiffness. Newton's iteration
+/// begins at the present bend, so a pose that has settled solves it to rounding.
 #[derive(Clone, Copy)]
 struct Joint<S: Simd> {
     /// Force across the rest direction [N], and its length P.
@@ -276,8 +278,9 @@ impl<S: Simd> Joint<S> {
         Self { across, p, sum: spring + local[2], difference: spring - local[2], u: angle2.sqrt() * tangent }
     }
 
-    /// One step of Newton's, always uphill where the left side is too small and downhill where it is too great. It never
-    /// passes half of the way to u = 1: from there alone, where a great Q makes the left side fall, it could go round in circles.
+    /// One step of Newton's, always uphill where the left side is too small and downhill where it is too
+    /// great. It never passes half of the way to u = 1: from there alone, where a great Q makes the left side
+    /// fall, it could go round in circles.
     #[inline(always)]
     fn approach(&mut self, simd: S) {
         let u = self.u;
@@ -304,7 +307,8 @@ impl<S: Simd> Joint<S> {
     }
 }
 
-/// See [`super::carry`]. Sums in this order on every machine: x, y, z, then the origin, without fused operations.
+/// See [`super::carry`]. Sums in this order on every machine: x, y, z, then the origin, without fused
+/// operations.
 #[inline(always)]
 pub(crate) fn carry<S: Simd>(simd: S, chunk: &mut Chunk, origin: [f32; 3], carrier: [[f32; 3]; 3]) {
     let [x, y, z] = carrier.map(|axis| splat3(simd, axis));

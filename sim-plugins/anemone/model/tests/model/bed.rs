@@ -177,8 +177,9 @@ fn figure_16_no_tip_jumps_while_a_fish_passes() {
         furthest = before.iter().zip(&now).map(|(b, n)| b.distance(*n)).fold(furthest, f64::max);
         before = now;
     }
-    // A tentacle of 48 mm never moves by more than 6 mm in a sixtieth of a second: it sweeps, but does not pop. The bound is
-    // a gain of 1 − exp(−dt/τ) ≈ 0.045 of the greatest way that a tip can have before it, twice its length, with slack.
+    // A tentacle of 48 mm never moves by more than 6 mm in a sixtieth of a second: it sweeps, but does not
+    // pop. The bound is a gain of 1 − exp(−dt/τ) ≈ 0.045 of the greatest way that a tip can have before it,
+    // twice its length, with slack.
     assert!(furthest < 6e-3, "{furthest}");
     assert!(furthest > 1e-4, "the fish was felt");
 }

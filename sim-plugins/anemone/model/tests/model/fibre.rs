@@ -257,8 +257,8 @@ fn the_wide_solver_follows_the_reference_step_by_step() {
             run_reference(&mut fibre, &drag(), &flows, 0.3, DT, 1);
             run(Level::best(), &mut chunk, &flows, &StepConstants::default(), DT, 1);
             let apart = apart(&nodes(&chunk, 4), &fibre.nodes);
-            // On the way the wide solver's three steps of Newton's leave up to 1e-3 of a bend that is still far from its
-            // target; of that a step takes a twentieth.
+            // On the way the wide solver's three steps of Newton's leave up to 1e-3 of a bend that is still
+            // far from its target; of that a step takes a twentieth.
             assert!(apart < 1e-3 * 0.006, "step {step}: {apart}");
         }
     }

@@ -28,8 +28,8 @@ pub fn info() -> SceneInfo {
     }
 }
 
-/// Plants of each sort, several of which share batches: feet, grass, bare fibres. Objects 1 to 2 are anemones, 3 to 7 grass,
-/// 8 to 10 patches of bare fibres, 11 a tuft.
+/// Plants of each sort, several of which share batches: feet, grass, bare fibres. Objects 1 to 2 are
+/// anemones, 3 to 7 grass, 8 to 10 patches of bare fibres, 11 a tuft.
 pub fn meadow() -> Bed {
     let anemone = |x: f64| Anemone {
         species: "actinia-fragacea".into(),

@@ -1,4 +1,5 @@
-//! Steps that are as long as the load allows: what a singularity has caught rests, and what swings is not held.
+//! Steps that are as long as the load allows: what a singularity has caught rests, and what swings is not
+//! held.
 
 use glam::DVec3;
 use reef_anemone_model::{

@@ -18,8 +18,8 @@ const DT: f64 = 1.0 / 60.0;
 /// Steps between two looks.
 const LOOK: usize = 6;
 
-/// The greatest speed [m/s] that the default sea's swell and currents reach together at the bed, and the period [s] of the
-/// strongest train.
+/// The greatest speed [m/s] that the default sea's swell and currents reach together at the bed, and the
+/// period [s] of the strongest train.
 fn default_current() -> (f64, f64) {
     let scene = toml("scenes/reef.toml");
     let number = |table: &serde_json::Value, key: &str| table[key].as_f64().expect("a number");

@@ -1,5 +1,6 @@
-//! assets/species/README.md, the table of parameters that the paper wished for (§6), is made from the code and held to it here.
-//! After a change: REEF_WRITE_TABLE=1 cargo test -p reef-anemone-model --test model species_table
+//! assets/species/README.md, the table of parameters that the paper wished for (§6), is made from the code
+//! and held to it here. After a change: REEF_WRITE_TABLE=1 cargo test -p reef-anemone-model --test model
+//! species_table
 
 use std::fmt::Write as _;
 

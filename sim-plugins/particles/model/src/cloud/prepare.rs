@@ -12,7 +12,8 @@ use crate::{
     view::{PLANES, View},
 };
 
-/// Slaves of a master ride by themselves when it comes as near to a wall as this [m], or as this share of the box.
+/// Slaves of a master ride by themselves when it comes as near to a wall as this [m], or as this share of the
+/// box.
 const WALL: (f64, f64) = (0.2, 0.04);
 
 /// Places that are compared side by side.
@@ -40,7 +41,8 @@ impl Cloud {
             let bounds = Sphere { center: swarm.plan.center, radius: 1.01 * swarm.half.length() };
             fill(&mut swarm.packed, &self.field, bounds, &swarm.plan, id);
             swarm.sources.fill_near(self.lasting.field(), bounds, swarm.plan.center, id);
-            // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the places.
+            // Who drifts meets the crests sooner or later: ω − k·V. It turns only the velocities, not the
+            // places.
             let [vx, _, vz] = swarm.packed.uniform();
             let heights = [swarm.center.y - swarm.half.y, swarm.center.y + swarm.half.y];
             if self.choosing {
@@ -80,7 +82,8 @@ impl Swarm {
         let local = view.local(self.center);
         let far = levels.farthest_particle();
         let sprite = 0.5 * self.plan.size[1] * levels.size;
-        // What is seen of a particle depends on how far away its centre is: at `far` nothing, wherever its orbit takes it.
+        // What is seen of a particle depends on how far away its centre is: at `far` nothing, wherever its
+        // orbit takes it.
         let seen = match levels.visible {
             true => view.sees(self.center, self.half, far, high + sprite),
             false => view.distance(self.center, self.half) < far,

@@ -1,5 +1,5 @@
-//! What a later step depends on: where the centres are, and where the sources were. And what a picture of the present one
-//! does: which of the centres jumped.
+//! What a later step depends on: where the centres are, and where the sources were. And what a picture of the
+//! present one does: which of the centres jumped.
 
 use reef_sdk::{StateError, StateReader, StateWriter};
 
@@ -15,9 +15,11 @@ pub struct State {
     pub turns: Vec<f64>,
     /// Length of the last step [s].
     pub dt: f64,
-    /// Offsets of all centres, box by box in the order of their numbers, one list an axis [2⁻³² of the extent].
+    /// Offsets of all centres, box by box in the order of their numbers, one list an axis [2⁻³² of the
+    /// extent].
     pub at: [Vec<i32>; 3],
-    /// Particles that jumped in the last step, by their places in these lists, ascending: no picture blends them.
+    /// Particles that jumped in the last step, by their places in these lists, ascending: no picture blends
+    /// them.
     pub jumped: Vec<u32>,
     /// Where each source and hole of the sea was in the last step: x, y, z [m, world].
     pub sources: Vec<f64>,
@@ -37,8 +39,8 @@ impl State {
         state.put("sources", &self.sources);
     }
 
-    /// Out of it. Version 1 had no jumps and no sources: nothing jumped, and all sources last until it is seen that they
-    /// move.
+    /// Out of it. Version 1 had no jumps and no sources: nothing jumped, and all sources last until it is
+    /// seen that they move.
     pub fn read(state: &mut StateReader) -> Result<Self, StateError> {
         let known = state.version() > 1;
         Ok(Self {
@@ -76,7 +78,8 @@ impl Cloud {
         state
     }
 
-    /// Takes back what [`Cloud::save`] gave; says what is wrong with it otherwise, and then has changed nothing.
+    /// Takes back what [`Cloud::save`] gave; says what is wrong with it otherwise, and then has changed
+    /// nothing.
     pub fn load(&mut self, state: &State) -> Result<(), String> {
         let counts: Vec<u32> = self.swarms.iter().map(|swarm| swarm.plan.count).collect();
         if state.counts != counts {

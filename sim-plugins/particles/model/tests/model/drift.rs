@@ -14,7 +14,8 @@ const TALL: &str = "[[boxes]]\nlow = [-3.0, -4.0, -3.0]\nhigh = [3.0, -2.0, 3.0]
 /// Of that box [m].
 const EXTENT: DVec3 = DVec3::new(6.0, 2.0, 6.0);
 
-/// χ² of the counts in equal cells, and the value that it passes in one of a hundred uniform boxes (Wilson and Hilferty).
+/// χ² of the counts in equal cells, and the value that it passes in one of a hundred uniform boxes (Wilson
+/// and Hilferty).
 fn chi_square(centers: &[DVec3], cells: [usize; 3]) -> (f64, f64) {
     let extent = EXTENT;
     let mut counts = vec![0.0; cells.iter().product()];
@@ -109,8 +110,8 @@ fn a_box_is_uniform_after_ten_minutes_of_a_vortex_in_its_middle() {
     assert!(chi > most, "{chi} of at most {most}");
 }
 
-/// Lets water go through boxes, and looks at them after one minute and two; through the first of them for five minutes, and
-/// with another seed once more. `REEF_LONG=1`: through all.
+/// Lets water go through boxes, and looks at them after one minute and two; through the first of them for
+/// five minutes, and with another seed once more. `REEF_LONG=1`: through all.
 fn stays_even(cases: &[(&str, Vec<Flow>)]) {
     let long = std::env::var_os("REEF_LONG").is_some();
     for (number, (name, flow)) in cases.iter().enumerate() {
@@ -129,8 +130,8 @@ fn stays_even(cases: &[(&str, Vec<Flow>)]) {
                 let (chi, most) = chi_square(&centers(&cloud, 0), [6, 2, 6]);
                 println!("{name}: {densest:.3} at a wall, χ² {chi:.0} of {most:.0}");
                 assert!(densest <= 1.2, "{name}: {densest} at a wall");
-                // Twice that of one in a hundred boxes by chance: who wraps keeps his neighbours, and a surge crowds and
-                // thins by V/c, 7 %, as it goes through.
+                // Twice that of one in a hundred boxes by chance: who wraps keeps his neighbours, and a surge
+                // crowds and thins by V/c, 7 %, as it goes through.
                 assert!(chi < 2.0 * most, "{name}: χ² {chi} of {most}");
             }
         }

@@ -66,7 +66,8 @@ fn placing_slaves_within_their_range_leaves_the_box_as_even_as_chance() {
     }
 }
 
-/// Particles of all kinds in water that moves them apart: a current through the walls, an eddy, a source and a hole.
+/// Particles of all kinds in water that moves them apart: a current through the walls, an eddy, a source and
+/// a hole.
 fn stirred() -> (Cloud, Vec<Flow>) {
     let kinds = ["sand", "clay", "phytoplankton", "detritus", "plankton"];
     let boxes = kinds.iter().map(|kind| {

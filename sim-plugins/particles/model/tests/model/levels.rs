@@ -179,8 +179,8 @@ fn a_recorded_slave_is_as_far_from_its_master_as_their_centres_are() {
     assert!(followers > 2000, "{followers}");
 }
 
-/// What sprites cover of the sky around the eye [sr]: opacity · area. Those nearer than `least` count as if they were there:
-/// they are few, and grow fast.
+/// What sprites cover of the sky around the eye [sr]: opacity · area. Those nearer than `least` count as if
+/// they were there: they are few, and grow fast.
 fn cover(sprites: &[Billboard], eye: DVec3, least: f64) -> f64 {
     let center = DVec3::new(0.0, -1.0, 0.0);
     sprites

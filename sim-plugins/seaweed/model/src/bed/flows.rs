@@ -121,8 +121,8 @@ impl Bed {
         }
     }
 
-    /// Dense squares calm the water behind them: what their plants take from the current's momentum on its way
-    /// through.
+    /// Dense squares calm the water behind them: what their plants take from the current's momentum on its
+    /// way through.
     fn shelters(&mut self, around: &Surroundings<'_>) {
         let owner = bed_id(self.plants.len());
         for patch in &self.patches {

@@ -8,8 +8,8 @@ impl Chunk {
         &self.places[fibre]
     }
 
-    /// Takes over what another chunk of the same fibres is about to step with: poses, and what parameters have changed.
-    /// Allocates nothing.
+    /// Takes over what another chunk of the same fibres is about to step with: poses, and what parameters
+    /// have changed. Allocates nothing.
     pub fn become_like(&mut self, other: &Self) {
         self.constants.clone_from(&other.constants);
         self.poses.clone_from(&other.poses);
