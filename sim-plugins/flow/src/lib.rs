@@ -18,11 +18,13 @@ pub mod keyframe;
 pub mod limit;
 pub mod math;
 pub mod packed;
+pub mod random;
 pub mod reference;
 pub mod sample;
 pub mod scalar;
 pub mod simd;
 pub mod steepness;
+pub mod view;
 pub mod waves;
 
 pub use fearless_simd;

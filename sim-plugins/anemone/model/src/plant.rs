@@ -4,12 +4,13 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     frame::Frame,
-    math::{self, Random},
+    math,
     phyllotaxis::{self, Seat},
     shape::FibreShape,
     species::Species,
     wide::{Blend, Place},
 };
+use reef_flow::random::Random;
 
 /// One fibre of a plant.
 #[derive(Clone, Debug)]

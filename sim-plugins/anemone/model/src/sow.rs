@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
+use reef_flow::random::{Random, mix};
 use reef_sdk::{
     ConfigError, SceneInfo,
     abi::{self, Material, fnv1a_32},
@@ -11,8 +12,7 @@ use reef_sdk::{
 use crate::{
     config::{Anemone, Config, FibreGrid, MOST_FIBRES, MOST_NODES, MOST_PLANTS, Scatter, Tuft},
     frame::Frame,
-    math::{self, Random},
-    phyllotaxis,
+    math, phyllotaxis,
     plant::{Follower, Plant, Strand, split},
     shape::FibreShape,
     species::{PatternKind, Species, Surface, linear_rgb},
@@ -242,7 +242,7 @@ fn seedling(kind: &Kind, position: DVec3, scale: f64, yaw: f64, seed: u64) -> Se
 }
 
 fn one(scene: &SceneInfo, anemone: &Anemone, number: usize, kind: &Kind) -> Seedling {
-    let seed = math::mix(scene.seed ^ math::mix(anemone.seed.map_or(number as u64, |s| u64::from(s) << 32)));
+    let seed = mix(scene.seed ^ mix(anemone.seed.map_or(number as u64, |s| u64::from(s) << 32)));
     let position = DVec3::from(anemone.position);
     seedling(kind, position, anemone.scale, anemone.yaw.to_radians(), seed)
 }
@@ -264,7 +264,7 @@ fn scattered(
     kinds: &BTreeMap<String, Kind>,
     harvest: &mut Harvest,
 ) {
-    let seed = scatter.seed.map_or(scene.seed, u64::from) ^ math::mix(number as u64 + 77);
+    let seed = scatter.seed.map_or(scene.seed, u64::from) ^ mix(number as u64 + 77);
     let mut random = Random::new(seed, 2);
     let places = match scatter.grid {
         Some(grid) => grid_places(scatter, grid),

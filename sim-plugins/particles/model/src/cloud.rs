@@ -11,6 +11,7 @@ mod state;
 use glam::DVec3;
 use reef_flow::{
     Field, Level, Packed, Sphere,
+    view::View,
     waves::{Choice, Steady, Trains},
 };
 use reef_sdk::{
@@ -30,7 +31,6 @@ use crate::{
     reenter::{self, Leavers},
     ride::{self, Follow, Listed, Room, Work},
     seed,
-    view::View,
 };
 
 pub use state::State;
@@ -477,7 +477,7 @@ impl Cloud {
         let view = View::new(around.camera, self.levels.margin);
         for (object, swarm) in (0_u32..).zip(&mut self.swarms) {
             let reach = swarm.reach[1];
-            let nearest = view.distance(swarm.center, swarm.half);
+            let nearest = view.box_distance(swarm.center, swarm.half);
             let farthest = ((swarm.center - view.eye).abs() + swarm.half).length();
             let begin = f64::from(self.levels.fog_band().from);
             let seen = nearest <= self.levels.visibility && farthest >= begin;

@@ -1,5 +1,6 @@
 //! The module's table in a scene file.
 
+use reef_flow::random::mix;
 use reef_sdk::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -272,9 +273,7 @@ fn plan_box(table: &BoxTable, at: usize, slaves: u32, seed: u64) -> Result<BoxPl
         picture: table.texture.map_or(Some(table.kind), Picture::kind),
         orientation: table.orientation.unwrap_or(defaults.orientation),
         follow,
-        seed: crate::seed::mix(
-            seed ^ crate::seed::mix(table.seed.map_or(at as u64, |s| 1 << 32 | u64::from(s))),
-        ),
+        seed: mix(seed ^ mix(table.seed.map_or(at as u64, |s| 1 << 32 | u64::from(s)))),
     })
 }
 

@@ -7,15 +7,13 @@
 use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use reef_flow::{
     Level, Packed, divergence,
+    random::mix,
     simd::{Lanes, mul_add},
     velocity,
-};
-
-use crate::{
-    inflow::share,
-    seed::mix,
     view::{Local, PLANES},
 };
+
+use crate::inflow::share;
 
 /// Groups (a master and its slaves) that are looked at together, at every level: what they share does not
 /// depend on the width of a vector.

@@ -9,7 +9,9 @@ use core::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use reef_flow::{
     Level,
+    random::mix,
     sample::Points,
+    view::View,
     waves::{Carried, Trains, carry},
 };
 use reef_sdk::abi::{self, Billboard};
@@ -18,9 +20,7 @@ use crate::{
     config::BoxPlan,
     levels::Levels,
     looks::{Looks, packed},
-    seed::mix,
     texture::Mean,
-    view::View,
 };
 
 /// Cells of a box at most.

@@ -6,7 +6,8 @@
 //! but for those few of which no master is d_pmin … d_pmax away: they are drawn again, in the group's own
 //! cell, until it is.
 
-use crate::{drift::BLOCK, seed::mix};
+use crate::drift::BLOCK;
+use reef_flow::random::mix;
 
 /// Draws of a place in the group's own cell, and then anywhere around the master.
 const DRAWS: [u64; 2] = [64, 1024];

@@ -16,10 +16,9 @@ use reef_flow::{
     Level, Packed,
     bounds::{self, Part, Shell},
     math::cos_sin_f64,
+    random::mix,
     sample::{Points, Velocities, divergence, sample},
 };
-
-use crate::seed::mix;
 
 /// Panels along the longest side, as a power of two.
 const BITS: u32 = 3;

@@ -45,7 +45,6 @@ pub mod reenter;
 pub mod ride;
 pub mod seed;
 pub mod texture;
-pub mod view;
 
 pub use cloud::{Cloud, Surroundings};
 pub use levels::Levels;

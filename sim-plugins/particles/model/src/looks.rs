@@ -2,12 +2,11 @@
 
 use core::f64::consts::TAU;
 
-use reef_flow::math::cos_sin_f64;
+use reef_flow::{math::cos_sin_f64, random::mix};
 
 use crate::{
     config::BoxPlan,
     kind::Orientation,
-    seed::mix,
     texture::{Mean, byte, linear},
 };
 

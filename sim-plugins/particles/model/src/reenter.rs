@@ -16,8 +16,8 @@
 use crate::{
     drift::{MOST_MEMBERS, WORDS},
     inflow::{Inflow, Room, Water, share},
-    seed::mix,
 };
+use reef_flow::random::mix;
 
 /// A share of the speed that is no difference: a step crosses the wall somewhere within its own length.
 const SAME_SPEED: f32 = 0.999;

@@ -1,12 +1,6 @@
 //! Where particles begin, by hashing.
 
-/// A hash of one number (splitmix64's last steps).
-pub fn mix(v: u64) -> u64 {
-    let v = v.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let v = (v ^ (v >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    v ^ (v >> 31)
-}
+use reef_flow::random::mix;
 
 /// A random place in a box: its offset from the middle in 2⁻³² of the extent, along each axis.
 pub fn place(seed: u64, number: u64) -> [i32; 3] {

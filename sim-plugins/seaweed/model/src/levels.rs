@@ -1,6 +1,7 @@
 //! The levels of detail's switches and borders (§4.4), and how a plant goes over from one level, or one
 //! method, to another.
 
+use glam::DVec3;
 use reef_flow::waves::{Lens, Rule, Selection};
 use reef_sdk::abi::{Camera, Wave};
 
@@ -133,9 +134,22 @@ impl Choice {
     }
 }
 
+/// Distance [m] from an eye of the nearest point of a line of length `long` [m] that stands upright on `foot`.
+pub(crate) fn upright_distance(eye: DVec3, foot: DVec3, long: f64) -> f64 {
+    DVec3::new(foot.x, eye.y.clamp(foot.y, foot.y + long), foot.z).distance(eye)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_nearest_point_of_an_upright_line_may_be_its_middle_or_end() {
+        // The eye is 1 m over the foot: beside a line of 2 m, over one of 0.5 m.
+        let (eye, foot) = (DVec3::new(1.0, -2.0, 3.0), DVec3::new(4.0, -3.0, 7.0));
+        assert!((upright_distance(eye, foot, 2.0) - 5.0).abs() < 1e-12);
+        assert!((upright_distance(eye, foot, 0.5) - 25.25_f64.sqrt()).abs() < 1e-12);
+    }
 
     #[test]
     fn levels_follow_from_the_distance() {

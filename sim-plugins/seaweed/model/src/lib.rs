@@ -34,12 +34,10 @@ pub mod grow;
 mod kernel;
 mod lanes;
 pub mod levels;
-pub mod random;
 pub mod reference;
 pub mod skeleton;
 pub mod sow;
 pub mod species;
-pub mod view;
 pub mod water;
 
 pub use kernel::bare;

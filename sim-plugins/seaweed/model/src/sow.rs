@@ -12,13 +12,13 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec3};
+use reef_flow::random::{Random, mix};
 use reef_sdk::{ConfigError, Heightfield, SceneInfo, abi::Obstacle, ranges};
 
 use crate::{
     bed::{Kind, Plant, ground_at},
     config::{BedTable, Config, MOST_JOINTS, MOST_PLANTS, On, Single},
     grow,
-    random::{Random, mix},
     species::Species,
 };
 

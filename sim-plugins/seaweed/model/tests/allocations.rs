@@ -2,11 +2,6 @@
 
 mod common;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
 use common::*;
 use glam::DVec3;
 use reef_flow::Level;
@@ -16,34 +11,8 @@ use reef_seaweed_model::{
     levels::Levels,
 };
 
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passes everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: reef_counting::Counting = reef_counting::Counting;
 
 #[test]
 fn a_step_allocates_nothing_once_warm() {
@@ -70,16 +39,17 @@ fn a_step_allocates_nothing_once_warm() {
         let angle = if step < 200 { 0.5 * (2.0 * time).sin() } else { 2.0 * time };
         let camera = camera(eye, eye + DVec3::new(angle.sin(), -0.1, angle.cos()));
         let around = around(&flow, &waves, &camera);
-        let before = COUNT.get();
+        let before = reef_counting::of_this_thread();
         bed.step(&around, &Levels::default());
         bed.write_poses(Level::best(), Workers::inline(), &mut poses);
         if step >= 200 {
-            counts += COUNT.get() - before;
+            counts += reef_counting::of_this_thread() - before;
         }
         flow.clear();
         flow.push(current(DVec3::new(0.1, 0.0, 0.02)));
         flow.extend_from_slice(bed.flows());
     }
     assert!(flow.len() > 10, "{}", flow.len());
+    assert!(reef_counting::of_this_thread() > 0, "nothing counts");
     assert_eq!(counts, 0);
 }

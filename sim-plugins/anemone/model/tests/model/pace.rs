@@ -92,7 +92,7 @@ fn a_current_that_swings_swings_the_tip_as_in_the_limit_of_small_steps() {
 
 #[test]
 fn fibres_beside_random_singularities_come_to_rest() {
-    let mut random = reef_anemone_model::math::Random::new(11, 3);
+    let mut random = reef_flow::random::Random::new(11, 3);
     let kinds = [abi::FLOW_SOURCE, abi::FLOW_HOLE, abi::FLOW_WHIRLWIND];
     for trial in 0..45 {
         let place =

@@ -1,6 +1,11 @@
 //! What holds for a whole box in one step.
 
-use reef_flow::{Packed, Sphere, waves::Lens};
+use reef_flow::{
+    Packed, Sphere,
+    random::mix,
+    view::{PLANES, View},
+    waves::Lens,
+};
 use reef_sdk::abi::Wave;
 
 use super::{Cloud, Now, Surroundings, Swarm, fill, id_of, whole};
@@ -8,8 +13,6 @@ use crate::{
     drift::{Drift, Sight},
     levels::{Band, Levels, reach},
     ride::{Fades, Follow, Ride},
-    seed,
-    view::{PLANES, View},
 };
 
 /// Slaves of a master ride by themselves when it comes as near to a wall as this [m], or as this share of the
@@ -85,8 +88,8 @@ impl Swarm {
         // What is seen of a particle depends on how far away its centre is: at `far` nothing, wherever its
         // orbit takes it.
         let seen = match levels.visible {
-            true => view.sees(self.center, self.half, far, high + sprite),
-            false => view.distance(self.center, self.half) < far,
+            true => view.sees_box(self.center, self.half, far, high + sprite),
+            false => view.box_distance(self.center, self.half) < far,
         };
         let smallest = extent.into_iter().fold(f64::INFINITY, f64::min);
         let [least, most] = self.plan.follow;
@@ -96,7 +99,7 @@ impl Swarm {
             uniform,
             turns: extent.map(|e| (around.dt / e) as f32),
             half_step: (0.5 * last_dt) as f32,
-            chance: seed::mix(self.plan.seed ^ seed::mix(around.step)),
+            chance: mix(self.plan.seed ^ mix(around.step)),
             dt: around.dt as f32,
             still: around.dt <= 0.0,
             all: around.trace,

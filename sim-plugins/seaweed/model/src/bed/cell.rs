@@ -2,11 +2,11 @@
 //! same anchor.
 
 use glam::{DVec3, Vec3};
-use reef_flow::{Field, Packed, Sphere, waves::Trains};
+use reef_flow::{Field, Packed, Sphere, view::View, waves::Trains};
 use reef_sdk::abi::Obstacle;
 
 use super::{Capsule, Kind, Plant, Surroundings};
-use crate::{levels::Levels, view::View};
+use crate::levels::Levels;
 
 /// [m]: in f32, what lies so near is placed to a micrometre.
 pub(super) const SIZE: f64 = 16.0;
@@ -80,7 +80,7 @@ impl Cell {
     /// The water of one step, and what is in the way.
     pub(super) fn fill(&mut self, field: &Field, around: &Surroundings<'_>, levels: &Levels, view: &View) {
         let middle = DVec3::from(self.bounds.center);
-        self.visible = !levels.visible || view.sees(middle, self.bounds.radius);
+        self.visible = !levels.visible || view.sees_ball(middle, self.bounds.radius);
         // What is not in view yet must not need memory when it is.
         self.currents.make_room(field);
         self.capsules.reserve(around.obstacles.len().saturating_sub(self.capsules.len()));

@@ -14,7 +14,7 @@ mod poses;
 mod state;
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed};
+use reef_flow::{Field, Level, Packed, view::View};
 use reef_sdk::{
     Chunks, Heightfield, Parts, Workers,
     abi::{self, Camera, Flow, Obstacle, Wave},
@@ -24,7 +24,6 @@ use crate::{
     kernel::{self, Row},
     levels::{Choice, Levels},
     skeleton::Skeleton,
-    view::View,
 };
 
 pub use crate::kernel::Work;

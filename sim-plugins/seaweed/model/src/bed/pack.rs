@@ -1,16 +1,14 @@
 //! Eight plants of one species that stand near one another: what they are, and their part of a step.
 
 use glam::{DQuat, DVec3};
-use reef_flow::waves::Trains;
+use reef_flow::{random::Random, view::View, waves::Trains};
 use reef_sdk::abi::Wave;
 
 use super::{CATCH_UP, Kind, Pass, Plant, Room, Stand, Surroundings, Work, catch_up_end, cell::Cell};
 use crate::{
     kernel::{self, Row},
     lanes::{Lane, WIDTH},
-    levels::{Choice, Levels, toward},
-    random::Random,
-    view::View,
+    levels::{Choice, Levels, toward, upright_distance},
     water::Water,
 };
 
@@ -153,14 +151,14 @@ impl Pack {
             let [x, y, z] = [0, 1, 2].map(|i| f64::from(self.stand.origin[i].0[lane]));
             let root = sea.cell.anchor() + DVec3::new(x, y, z);
             let reach = f64::from(self.reach[lane]);
-            let in_view = sea.cell.visible && (!sea.levels.visible || sea.view.sees(root, reach));
+            let in_view = sea.cell.visible && (!sea.levels.visible || sea.view.sees_ball(root, reach));
             if !in_view {
                 self.paused[lane] += dt;
                 continue;
             }
             *steps = dt;
             self.stepped |= 1 << lane;
-            let wanted = sea.levels.wanted(sea.view.distance(root, reach));
+            let wanted = sea.levels.wanted(upright_distance(sea.view.eye, root, reach));
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
             if self.paused[lane] > 0.0 {
                 // Nobody saw what it was before.

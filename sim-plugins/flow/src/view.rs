@@ -1,9 +1,9 @@
-//! What is in view (§3.3.2): a box against the frustum first, then each centre with its largest orbit as
-//! margin.
+//! What a camera has in view, and how far away (Coulais et al. 2005, §3.3.2 and §4.4.2).
 
 use glam::{DQuat, DVec3};
-use reef_flow::math::cos_sin_f64;
-use reef_sdk::abi::Camera;
+use reef_abi::Camera;
+
+use crate::math::cos_sin_f64;
 
 /// The planes of the frustum: left, right, below, above, and the eye's own, across its view.
 pub const PLANES: usize = 5;
@@ -40,16 +40,22 @@ impl View {
         }
     }
 
+    /// Whether something of a ball may be seen.
+    pub fn sees_ball(&self, center: DVec3, radius: f64) -> bool {
+        let from_eye = center - self.eye;
+        self.normals.iter().all(|normal| normal.dot(from_eye) >= -radius)
+    }
+
     /// Whether something of a box may be seen: it reaches nearer than `far` [m] and, grown by `margin` [m],
     /// into the frustum.
-    pub fn sees(&self, center: DVec3, half: DVec3, far: f64, margin: f64) -> bool {
+    pub fn sees_box(&self, center: DVec3, half: DVec3, far: f64, margin: f64) -> bool {
         let from_eye = center - self.eye;
-        self.distance(center, half) < far
+        self.box_distance(center, half) < far
             && self.normals.iter().all(|normal| normal.dot(from_eye) + normal.abs().dot(half) >= -margin)
     }
 
     /// Distance of a box from the eye [m]: of its nearest point.
-    pub fn distance(&self, center: DVec3, half: DVec3) -> f64 {
+    pub fn box_distance(&self, center: DVec3, half: DVec3) -> f64 {
         ((center - self.eye).abs() - half).max(DVec3::ZERO).length()
     }
 
@@ -93,14 +99,24 @@ mod tests {
     #[test]
     fn boxes_beside_behind_and_beyond_are_not_seen() {
         let view = View::new(&camera(), 0.0);
-        let sees =
-            |x: f64, y: f64, z: f64| view.sees(view.eye + DVec3::new(x, y, z), DVec3::splat(0.5), 20.0, 0.0);
+        let sees = |x: f64, y: f64, z: f64| {
+            view.sees_box(view.eye + DVec3::new(x, y, z), DVec3::splat(0.5), 20.0, 0.0)
+        };
         assert!(sees(0.0, 0.0, -5.0));
         // 90 degrees upward, and twice as wide.
         assert!(sees(0.0, 5.2, -5.0) && !sees(0.0, 6.2, -5.0));
         assert!(sees(10.2, 0.0, -5.0) && !sees(12.0, 0.0, -5.0));
         assert!(!sees(0.0, 0.0, 1.0));
         assert!(sees(0.0, 0.0, -20.4) && !sees(0.0, 0.0, -20.6));
+    }
+
+    #[test]
+    fn balls_beside_behind_and_above_are_not_seen() {
+        let view = View::new(&camera(), 0.0);
+        let sees = |x: f64, y: f64, z: f64| view.sees_ball(view.eye + DVec3::new(x, y, z), 0.5);
+        assert!(sees(0.0, 0.0, -5.0) && sees(0.0, 5.4, -5.0) && sees(10.4, 0.0, -5.0));
+        assert!(!sees(0.0, 6.2, -5.0) && !sees(12.0, 0.0, -5.0) && !sees(0.0, 0.0, 1.0));
+        assert!(View::new(&camera(), 0.5).sees_ball(view.eye + DVec3::new(0.0, 7.5, -5.0), 0.5));
     }
 
     #[test]
