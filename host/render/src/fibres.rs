@@ -31,6 +31,7 @@ use super::{
     lod::{RINGS, Thresholds},
     quality::Quality,
     targets::Targets,
+    variant::{Variant, Variants},
 };
 
 /// Words of a tube's vertex, as in `fibre_skin.comp`.
@@ -125,16 +126,6 @@ impl Buffers {
     }
 }
 
-/// What is compiled into the fragment shader: a software rasteriser runs both sides of every branch.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Variant {
-    quality: Quality,
-    /// Bit n: some material has pattern n.
-    patterns: u32,
-    /// Some material has a texture.
-    textured: bool,
-}
-
 /// The fibre passes.
 pub struct Fibres {
     gpu: Gpu,
@@ -143,9 +134,7 @@ pub struct Fibres {
     skin: Pipeline,
     ribbon: Pipeline,
     ribbons: Ribbons,
-    /// One for each set of patterns and quality that was met.
-    draws: Vec<(Variant, Draws)>,
-    variant: Variant,
+    draws: Variants<Draws>,
     buffers: Option<Buffers>,
     materials: Option<Upload>,
     any: bool,
@@ -180,8 +169,7 @@ impl Fibres {
                 thin: [("thin ribbons", 1), ("fringes of thin ribbons", 2)]
                     .map(|(name, part)| ribbon_pipeline(gpu, name, Blend::Alpha, part)),
             },
-            draws: Vec::new(),
-            variant: Variant::default(),
+            draws: Variants::default(),
             buffers: None,
             materials: None,
             any: false,
@@ -208,14 +196,12 @@ impl Fibres {
             return Ok(());
         }
         let count = gathered.fibres.len() as u32;
-        let patterns =
-            gathered.materials.iter().fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
-        self.variant = Variant { quality, patterns, textured: gathered.is_textured() };
-        if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
+        let variant = Variant::of(quality, gathered.materials.iter(), gathered.is_textured());
+        self.draws.choose(variant, |variant| {
             let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
-                .map(|(name, fringe)| draw_pipeline(&self.gpu, name, self.variant, fringe));
-            self.draws.push((self.variant, Draws { core, fringe }));
-        }
+                .map(|(name, fringe)| draw_pipeline(&self.gpu, name, variant, fringe));
+            Draws { core, fringe }
+        });
         let fibres = frame.upload(&gathered.fibres)?;
         let objects = frame.upload(&gathered.objects)?;
         let previous = frame.upload(&gathered.previous_nodes)?;
@@ -344,12 +330,10 @@ impl Fibres {
         let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
             return Ok(());
         };
-        let Some((_, draws)) = self.draws.iter().find(|(variant, _)| *variant == self.variant) else {
-            return Ok(());
-        };
+        let Some(draws) = self.draws.get() else { return Ok(()) };
         let mut bound = vec![(0, view.into()), (1, materials.into())];
         let mut pass = frame.pass("fibres: draw");
-        if let (true, Some((texels, sampler))) = (self.variant.textured, layers.image()) {
+        if let (true, Some((texels, sampler))) = (self.draws.chosen().textured, layers.image()) {
             pass = pass.read(texels, Access::FragmentSampled);
             bound.push((2, Resource::Texture(texels, sampler)));
         }

@@ -56,6 +56,7 @@ mod tile_tests;
 pub mod tiles;
 mod tone;
 pub mod twin;
+mod variant;
 pub mod view;
 pub mod water;
 

@@ -4,17 +4,7 @@ use ash::vk;
 use reef_gpu::{Blend, DepthDesc, Gpu, GraphicsDesc, Pipeline, VertexDesc};
 
 use super::records::VERTEX_WORDS;
-use crate::{formats::DEPTH, quality::Quality};
-
-/// What is compiled into the fragment shader.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Variant {
-    pub(super) quality: Quality,
-    /// Bit n: some material has pattern n.
-    pub(super) patterns: u32,
-    /// Some material has a texture.
-    pub(super) textured: bool,
-}
+use crate::{formats::DEPTH, quality::Quality, variant::Variant};
 
 /// The draws by pixels: one-sided, two-sided, veils.
 pub(super) struct Draws {

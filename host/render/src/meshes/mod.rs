@@ -34,7 +34,7 @@ use reef_gpu::{
 };
 
 use self::{
-    draws::{Draws, Variant, lit_pipeline},
+    draws::{Draws, lit_pipeline},
     gather::Subject,
     library::Library,
     records::{
@@ -50,6 +50,7 @@ use super::{
     lod::Thresholds,
     quality::Quality,
     targets::Targets,
+    variant::{Variant, Variants},
     view::Lens,
 };
 
@@ -127,8 +128,7 @@ pub struct Meshes {
     index: Pipeline,
     lit: [Pipeline; 2],
     lit_veil: Pipeline,
-    draws: Vec<(Variant, Draws)>,
-    variant: Variant,
+    draws: Variants<Draws>,
     buffers: Option<Buffers>,
     picture: Option<Picture>,
 }
@@ -147,8 +147,7 @@ impl Meshes {
             lit: [("lit meshes", false), ("lit meshes, two-sided", true)]
                 .map(|(name, two_sided)| lit_pipeline(gpu, name, two_sided, false)),
             lit_veil: lit_pipeline(gpu, "lit veils", true, true),
-            draws: Vec::new(),
-            variant: Variant::default(),
+            draws: Variants::default(),
             buffers: None,
             picture: None,
         }
@@ -172,12 +171,9 @@ impl Meshes {
             return Ok(());
         }
         let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
-        let patterns = subject.instances.iter().filter_map(used);
-        let patterns = patterns.fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
-        self.variant = Variant { quality, patterns, textured: gathered.is_textured() };
-        if !self.draws.iter().any(|(variant, _)| *variant == self.variant) {
-            self.draws.push((self.variant, Draws::new(&self.gpu, self.variant)));
-        }
+        let used = subject.instances.iter().filter_map(used);
+        let variant = Variant::of(quality, used, gathered.is_textured());
+        self.draws.choose(variant, |variant| Draws::new(&self.gpu, variant));
         self.reserve(&subject)?;
         self.steps.update(&self.gpu, [shot.previous, shot.current])?;
         let (Some(b), Some(books)) = (&self.buffers, self.library.books()) else { return Ok(()) };
@@ -307,7 +303,7 @@ impl Meshes {
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
         // After the triangles, which do not read what the light takes the place of.
-        if let (Quality::Low, Some(draws)) = (quality, self.pipelines()) {
+        if let (Quality::Low, Some(draws)) = (quality, self.draws.get()) {
             frame
                 .pass("meshes: light")
                 .read(&books.meshes, Access::ComputeRead)
@@ -344,9 +340,9 @@ impl Meshes {
         layers: &Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
-        let Some(draws) = self.pipelines() else { return Ok(()) };
+        let Some(draws) = self.draws.get() else { return Ok(()) };
         self.draw(frame, "meshes: draw", (view, layers, targets), |cmd, b, bound| {
-            if self.variant.quality == Quality::Low {
+            if self.draws.chosen().quality == Quality::Low {
                 for (side, pipeline) in self.lit.iter().enumerate() {
                     cmd.pipeline(pipeline)?;
                     cmd.vertices(0, &b.vertex)?;
@@ -373,7 +369,7 @@ impl Meshes {
         layers: &Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
-        let Some(draws) = self.pipelines().filter(|_| self.picture.is_some_and(|picture| picture.veils))
+        let Some(draws) = self.draws.get().filter(|_| self.picture.is_some_and(|picture| picture.veils))
         else {
             return Ok(());
         };
@@ -388,10 +384,6 @@ impl Meshes {
             cmd.indices(&b.index, vk::IndexType::UINT32)?;
             cmd.draw_indexed_indirect(Data::Part(&b.draw, command(bin), 20), 1)
         })
-    }
-
-    fn pipelines(&self) -> Option<&Draws> {
-        self.draws.iter().find(|(variant, _)| *variant == self.variant).map(|(_, draws)| draws)
     }
 
     /// A pass that draws; nothing where the picture has no meshes.
@@ -410,7 +402,7 @@ impl Meshes {
             (3, (&b.parts).into()),
         ];
         let mut pass = frame.pass(name);
-        if let (true, Some((texels, sampler))) = (self.variant.textured, layers.image()) {
+        if let (true, Some((texels, sampler))) = (self.draws.chosen().textured, layers.image()) {
             pass = pass.read(texels, Access::FragmentSampled);
             bound.push((4, Resource::Texture(texels, sampler)));
         }

@@ -1,0 +1,57 @@
+//! Draws by what a picture's materials need: a software rasteriser runs both sides of every branch, so what
+//! no material needs is not compiled in.
+
+use reef_abi::Material;
+
+use super::quality::Quality;
+
+/// What is compiled into the shaders of materials.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Variant {
+    /// Of the picture.
+    pub quality: Quality,
+    /// Bit n: some material has pattern n.
+    pub patterns: u32,
+    /// Some material has a texture.
+    pub textured: bool,
+}
+
+impl Variant {
+    /// What these materials need.
+    pub fn of<'a>(quality: Quality, materials: impl Iterator<Item = &'a Material>, textured: bool) -> Self {
+        let patterns = materials.fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
+        Self { quality, patterns, textured }
+    }
+}
+
+/// The draws of each variant that was met, and the picture's own.
+pub struct Variants<D> {
+    met: Vec<(Variant, D)>,
+    chosen: Variant,
+}
+
+impl<D> Default for Variants<D> {
+    fn default() -> Self {
+        Self { met: Vec::new(), chosen: Variant::default() }
+    }
+}
+
+impl<D> Variants<D> {
+    /// The picture needs this one; `describe` makes it when it is met for the first time.
+    pub fn choose(&mut self, variant: Variant, describe: impl FnOnce(Variant) -> D) {
+        self.chosen = variant;
+        if self.get().is_none() {
+            self.met.push((variant, describe(variant)));
+        }
+    }
+
+    /// What the picture needs.
+    pub fn chosen(&self) -> Variant {
+        self.chosen
+    }
+
+    /// The picture's draws; None before the first picture.
+    pub fn get(&self) -> Option<&D> {
+        self.met.iter().find(|(variant, _)| *variant == self.chosen).map(|(_, draws)| draws)
+    }
+}
