@@ -317,8 +317,7 @@ impl Meshes {
         wanted.check()?;
         let hash = wanted.hash();
         let there: usize = self.list().iter().map(|mesh| mesh.vertices.len()).sum();
-        let new = !self.list().iter().any(|mesh| mesh.hash == hash && mesh.name == wanted.name);
-        if new && there + wanted.vertices.len() > MOST_VERTICES_IN_ALL {
+        if !self.has(wanted.name, &hash) && there + wanted.vertices.len() > MOST_VERTICES_IN_ALL {
             let count = wanted.vertices.len();
             return Ok(Err(self.no_room(format!(
                 "`{}`: {count} vertices beside {there}; an instance has {MOST_VERTICES_IN_ALL} at most",

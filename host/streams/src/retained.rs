@@ -72,7 +72,7 @@ impl<T: Retained> Store<T> {
         make: impl FnOnce(u32, String) -> T,
     ) -> Result<u32, String> {
         let name = shortened(name);
-        if let Some(at) = self.list.iter().position(|made| made.hash() == hash && made.name() == name) {
+        if let Some(at) = self.place(&name, hash) {
             self.holders[at] += 1;
             return Ok(self.list[at].id());
         }
@@ -84,6 +84,16 @@ impl<T: Retained> Store<T> {
         Arc::make_mut(&mut self.list).push(Arc::new(make(self.last, name)));
         self.holders.push(1);
         Ok(self.last)
+    }
+
+    /// Whether what has this name and content is there.
+    pub(crate) fn has(&self, name: &str, hash: &[u8; 32]) -> bool {
+        self.place(&shortened(name), hash).is_some()
+    }
+
+    /// Where it is in the list. `name`: as it is kept.
+    fn place(&self, name: &str, hash: &[u8; 32]) -> Option<usize> {
+        self.list.iter().position(|made| made.hash() == hash && made.name() == name)
     }
 
     /// Remembers that there was no room.
@@ -124,6 +134,36 @@ fn shortened(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    struct Thing(u32, String);
+
+    impl Retained for Thing {
+        const WHAT: &'static str = "thing";
+        const MANY: &'static str = "things";
+        const MOST: usize = 4;
+
+        fn id(&self) -> u32 {
+            self.0
+        }
+
+        fn name(&self) -> &str {
+            &self.1
+        }
+
+        fn hash(&self) -> &[u8; 32] {
+            &[7; 32]
+        }
+    }
+
+    #[test]
+    fn what_has_a_long_name_is_there_under_it() {
+        let mut store = Store::default();
+        let name = "long".repeat(100);
+        assert!(!store.has(&name, &[7; 32]));
+        assert_eq!(store.hold(&name, &[7; 32], Thing), Ok(1));
+        assert!(store.has(&name, &[7; 32]) && !store.has(&name, &[8; 32]) && !store.has("long", &[7; 32]));
+        assert_eq!(store.hold(&name, &[7; 32], Thing), Ok(1));
+    }
 
     #[test]
     fn a_long_name_is_cut_between_two_characters() {

@@ -79,7 +79,7 @@ fn bones_are_sorted_by_weight_and_sum_to_a_whole() {
 }
 
 #[test]
-fn what_is_made_again_has_the_same_id_and_what_differs_in_anything_another() {
+fn what_is_made_again_has_the_same_id_and_what_differs_another() {
     let mut meshes = Meshes::default();
     let mut make = |spoil: &dyn Fn(&mut Strip), name: &str| {
         let mut strip = Strip::new();
