@@ -2,7 +2,7 @@
 //! an older build takes over from one that fails, an edited scene is taken up where it allows.
 //!
 //! [`Live`] tends to it between two steps. `files` says what changed, `workshop` works beside the sea,
-//! `ledger` knows what runs; `recent` remembers the last steps, [`swap`] puts other instances in the places
+//! `ledger` knows what runs; [`swap`] puts other instances in the places
 //! of running ones, and [`adopt`] takes up an edited scene. [`pace()`] runs all of it in real time without a
 //! window.
 
@@ -12,7 +12,6 @@ mod lease;
 mod ledger;
 mod live;
 mod pace;
-pub(crate) mod recent;
 pub mod swap;
 mod workshop;
 

@@ -15,8 +15,10 @@ use std::{
 use reef_abi as abi;
 use reef_plugin::{Health, Instance, Plugin, PluginError, StepStatus};
 
-use super::recent::{Fixed, Follower, Frozen, Moment, Snap};
-use crate::step::sea::World;
+use crate::step::{
+    recent::{Fixed, Follower, Frozen, Moment, Snap},
+    sea::World,
+};
 
 /// Why instances are made beside the sea.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

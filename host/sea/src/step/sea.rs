@@ -25,14 +25,12 @@ use super::{
     exchange::Exchange,
     ground::Ground,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
+    recent::{Fixed, Recent},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
     waves::Waves,
 };
-use crate::{
-    reload::recent::{Fixed, Recent},
-    scene::{Module, Scene, error::SceneError},
-};
+use crate::scene::{Module, Scene, error::SceneError};
 
 /// Frames that are kept for reuse.
 const SPARE_FRAMES: usize = 4;

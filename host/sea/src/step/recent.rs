@@ -10,7 +10,7 @@ use std::{collections::VecDeque, sync::Arc};
 use reef_abi as abi;
 use reef_plugin::StepInput;
 
-use crate::step::{exchange::Exchange, ground::Ground};
+use super::{exchange::Exchange, ground::Ground};
 
 /// A state is saved early where the steps since the last one would take more memory than this [bytes].
 const MOST_BYTES: usize = 64 << 20;
