@@ -257,7 +257,7 @@ fn a_scale_of_windows_that_is_none_is_refused() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn drivers_that_the_environment_hides_are_named_before_anything_is_installed() {
+fn drivers_that_the_environment_hides_are_named_before_installing() {
     // Without a loader there is nothing to be hidden.
     if env::var_os("REEF_REQUIRE").is_none() {
         return reef_tests::skip("REEF_REQUIRE is not set");

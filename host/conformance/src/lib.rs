@@ -47,7 +47,7 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
-use strsim::normalized_levenshtein;
+use reef_sea::scene::check::nearest;
 
 use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
 
@@ -154,13 +154,11 @@ fn readable(path: &Path) -> Outcome {
 fn wanted(names: &[String]) -> Result<Vec<&'static Check>, Failure> {
     for name in names {
         if !table::all().any(|check| check.is_called(name)) {
-            let near = table::all().max_by(|a, b| {
-                normalized_levenshtein(a.name, name).total_cmp(&normalized_levenshtein(b.name, name))
-            });
-            let near = near.map_or("", |check| check.name);
+            let near = nearest(name, table::all().map(|check| check.name));
+            let near = near.map(|near| format!("; did you mean {near:?}?")).unwrap_or_default();
             return Err(Failure::input(miette::miette!(
                 help = "reef plugin check --list prints all names",
-                "no check is called {name:?}, nor do names begin so; did you mean {near:?}?"
+                "no check is called {name:?}, nor do names begin so{near}"
             )));
         }
     }

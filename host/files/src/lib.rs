@@ -23,6 +23,15 @@ use left::{Mark, marked, undisturbed};
 pub use place::beside;
 use place::{Place, builder, put, told};
 
+/// The user's cache folder for Reef.
+pub fn cache_folder() -> Option<PathBuf> {
+    let absolute =
+        |name| std::env::var_os(name).map(PathBuf::from).filter(|path: &PathBuf| path.is_absolute());
+    absolute("XDG_CACHE_HOME")
+        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
+        .map(|c| c.join("reef"))
+}
+
 /// Why a file could not be written.
 #[derive(Debug, Error)]
 #[error("{} cannot be written: {problem}", path.display())]

@@ -46,7 +46,7 @@ impl GpuOptions {
             device,
             validation,
             fault: if validation == Validation::Off { None } else { Fault::from_environment() },
-            cache_dir: super::pipeline_cache::default_dir(),
+            cache_dir: reef_files::cache_folder(),
         }
     }
 }

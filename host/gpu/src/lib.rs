@@ -69,7 +69,6 @@ pub use image::{Image, ImageDesc};
 pub use instance::{Layer, Surface, Validation};
 pub use machine::{Machine, inspect_machine};
 pub use offscreen::{Picture, Readback};
-pub use pipeline_cache::default_dir as cache_folder;
 pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
 #[cfg(feature = "shaderc")]
 pub use reload::ShaderWatch;

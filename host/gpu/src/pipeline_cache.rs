@@ -19,15 +19,6 @@ pub(crate) struct PipelineCache {
     file: Option<PathBuf>,
 }
 
-/// The user's cache folder for Reef.
-pub fn default_dir() -> Option<PathBuf> {
-    let absolute =
-        |name| std::env::var_os(name).map(PathBuf::from).filter(|path: &PathBuf| path.is_absolute());
-    absolute("XDG_CACHE_HOME")
-        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-        .map(|c| c.join("reef"))
-}
-
 impl PipelineCache {
     /// Makes the cache from the file of this device and driver, or empty. A cache that cannot be had costs
     /// time only.

@@ -79,7 +79,7 @@ fn offer_probe(command: Option<&Command>) {
         return;
     }
     if let Ok(program) = std::env::current_exe() {
-        let known = reef_gpu::cache_folder().map(|folder| folder.join("plugins"));
+        let known = reef_files::cache_folder().map(|folder| folder.join("plugins"));
         probe::offer(probe::Probe { program, known });
     }
 }

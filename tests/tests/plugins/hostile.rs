@@ -206,7 +206,7 @@ fn a_build_that_nobody_knows_is_at_fault_in_a_process_of_its_own() {
 }
 
 #[test]
-fn a_file_that_crashes_the_systems_loader_is_refused_and_the_others_are_there() {
+fn a_file_that_crashes_the_systems_loader_is_refused_and_no_other() {
     let mut bytes = fs::read(artifacts().plugin("reef_example_rust")).unwrap();
     let (start, _) = {
         let file = object::File::parse(&*bytes).unwrap();

@@ -176,7 +176,7 @@ fn what_the_host_refuses_of_a_mesh_is_said_in_its_words() {
 }
 
 #[test]
-fn a_mesh_that_is_destroyed_while_drawn_and_draws_that_overlap_leave_the_last_picture() {
+fn destroyed_meshes_and_overlapping_draws_leave_the_last_picture() {
     let sea = Sea::default();
     for (wrong, words) in [
         ("destroyed", "element 0: mesh is 2, which mesh_create did not hand out, or which was destroyed"),

@@ -10,7 +10,7 @@ use std::{
 use crate::{Failure, Outcome, artifacts, packages, root, steps::Steps};
 
 /// What `reef` takes a value for, in the window and in `render`, besides the scene.
-const WITH_VALUE: [&str; 11] = [
+const WITH_VALUE: [&str; 13] = [
     "--frames",
     "--size",
     "--journal",
@@ -22,6 +22,8 @@ const WITH_VALUE: [&str; 11] = [
     "--workers",
     "--seed",
     "--assets",
+    "--quality",
+    "--patience",
 ];
 
 /// Sets up what the demo needs, builds the program and its plugins, and shows the sea.
@@ -157,6 +159,8 @@ mod tests {
             film.arguments.join(" "),
             "render /reef/assets/scenes/reef.toml --out a.mp4 --frames 60 --from 2 --size 64x36"
         );
+        let waiting = rendered("reef --patience 90 --quality low");
+        assert!(waiting.starts_with("render reef --patience 90 --quality low"), "{waiting}");
         // What nobody knows is render's to refuse, by name.
         assert!(rendered("--colour red").contains(" --colour"));
     }
