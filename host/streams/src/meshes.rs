@@ -17,6 +17,8 @@ pub const MOST_MESHES: usize = 256;
 pub const MOST_VERTICES: u32 = 1 << 20;
 /// Most vertices of all meshes of an instance.
 pub const MOST_VERTICES_IN_ALL: usize = 1 << 22;
+/// Most indices of all meshes of one instance.
+pub const MOST_INDICES_IN_ALL: usize = 1 << 24;
 /// Most indices of a mesh.
 pub const MOST_INDICES: u32 = 1 << 22;
 /// Most levels of detail.
@@ -316,13 +318,18 @@ impl Meshes {
     pub fn add(&mut self, wanted: Wanted<'_>) -> Result<Result<u32, String>, String> {
         wanted.check()?;
         let hash = wanted.hash();
-        let there: usize = self.list().iter().map(|mesh| mesh.vertices.len()).sum();
-        if !self.has(wanted.name, &hash) && there + wanted.vertices.len() > MOST_VERTICES_IN_ALL {
-            let count = wanted.vertices.len();
-            return Ok(Err(self.no_room(format!(
-                "`{}`: {count} vertices beside {there}; an instance has {MOST_VERTICES_IN_ALL} at most",
-                wanted.name
-            ))));
+        if !self.has(wanted.name, &hash) {
+            let there = |of: fn(&Mesh) -> usize| self.list().iter().map(|mesh| of(mesh)).sum::<usize>();
+            let vertices = (wanted.vertices.len(), there(|m| m.vertices.len()), MOST_VERTICES_IN_ALL);
+            let indices = (wanted.indices.len(), there(|m| m.indices.len()), MOST_INDICES_IN_ALL);
+            for ((count, there, most), what) in [(vertices, "vertices"), (indices, "indices")] {
+                if there + count > most {
+                    let name = wanted.name;
+                    return Ok(Err(self.no_room(format!(
+                        "`{name}`: {count} {what} beside {there}; an instance has {most} at most"
+                    ))));
+                }
+            }
         }
         Ok(self.hold(wanted.name, &hash, |id, name| {
             let bones = wanted.bones();

@@ -151,7 +151,9 @@ fn the_first_look_passes_what_is_usual_and_never_what_the_second_refuses() {
         }
     }
     let good = good();
-    let mut compare = Compare(good.clone(), BTreeMap::new());
+    // What a mesh draw shares with another one is no matter of one element.
+    let beside = Outputs { mesh_draws: Vec::new(), ..good.clone() };
+    let mut compare = Compare(beside, BTreeMap::new());
     good.show_all(&mut compare);
     let Compare(_, seen) = compare;
     assert_eq!(seen.len(), taken().count());

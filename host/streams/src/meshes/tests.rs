@@ -170,3 +170,19 @@ fn all_meshes_together_have_a_limit_that_its_error_names() {
     }
     assert!(meshes.refused.too_many.is_some());
 }
+
+#[test]
+fn the_indices_of_all_meshes_have_a_limit_too() {
+    let indices = [0, 1, 2].repeat(MOST_INDICES as usize / 3);
+    let strip = Strip::new();
+    let mut meshes = Meshes::default();
+    let made: Vec<_> = (0..5)
+        .map(|i| {
+            let level =
+                [abi::MeshLevel { index_count: 3, vertex_count: 6, first_index: 3 * i, ..strip.levels[0] }];
+            meshes.add(Wanted { indices: &indices, levels: &level, ..strip.wanted() }).expect("it can be")
+        })
+        .collect();
+    assert_eq!(made[..4], [1, 2, 3, 4].map(Ok));
+    assert!(made[4].as_ref().expect_err("too many").contains("indices beside"), "{:?}", made[4]);
+}
