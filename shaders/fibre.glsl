@@ -1,5 +1,5 @@
 // Records of the fibre passes. Mirrors host/render/src/fibres.rs; the functions mirror
-// host/src/render/twin.rs.
+// host/render/src/twin.rs.
 
 #define RINGS 16 // rings of a fibre at full detail
 #define RING_LEVELS 3

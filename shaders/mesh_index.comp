@@ -35,9 +35,11 @@ void main() {
     uint index = order[number];
     Part part = parts[index];
     Instance instance = instances[index >> 1];
-    bool gone = (part.bin & LEFT_OUT) != 0u;
+    // A veil is seen twice, and has its vertices once: where these did not fit, neither did it.
+    Part owner = parts[2u * instance.vertices_of + (index & 1u)];
+    bool gone = ((part.bin | owner.bin) & LEFT_OUT) != 0u;
     Level level = levels[part.level];
-    uint base = parts[2u * instance.vertices_of + (index & 1u)].first_vertex - level.first_vertex;
+    uint base = owner.first_vertex - level.first_vertex;
     bool veil = part.bin == BIN_VEIL || part.bin == BIN_LIT_VEIL;
     bool far_side = (instance.flags & FAR_SIDE) != 0u;
     for (uint t = gl_LocalInvocationID.x; t < level.triangles; t += uint(SKIN_THREADS)) {

@@ -34,6 +34,12 @@ struct Needs {
 shared Needs needs[THREADS];
 shared Needs totals;
 
+// A sum that stays at the greatest number, which fits nowhere.
+uint plus(uint a, uint b) {
+    uint sum = a + b;
+    return sum < a ? 0xffffffffu : sum;
+}
+
 Needs nothing() {
     Needs n;
     n.vertices = 0u;
@@ -53,8 +59,9 @@ void main() {
         uint level = parts[i].level;
         if (level == NOT_DRAWN) continue;
         own.parts++;
-        own.vertices += instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
-        own.indices[parts[i].bin] += levels[level].triangles * 3u;
+        uint vertices = instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
+        own.vertices = plus(own.vertices, vertices);
+        own.indices[parts[i].bin] = plus(own.indices[parts[i].bin], levels[level].triangles * 3u);
     }
     needs[thread] = own;
     barrier();
@@ -64,9 +71,9 @@ void main() {
         for (uint t = 0u; t < uint(THREADS); t++) {
             Needs of = needs[t];
             needs[t] = before;
-            before.vertices += of.vertices;
+            before.vertices = plus(before.vertices, of.vertices);
             before.parts += of.parts;
-            for (uint b = 0u; b < BINS; b++) before.indices[b] += of.indices[b];
+            for (uint b = 0u; b < BINS; b++) before.indices[b] = plus(before.indices[b], of.indices[b]);
         }
         totals = before;
     }
@@ -77,8 +84,8 @@ void main() {
     uint sum = 0u;
     for (uint b = 0u; b < BINS; b++) {
         first[b] = sum;
-        at.indices[b] += sum;
-        sum += totals.indices[b];
+        at.indices[b] = plus(at.indices[b], sum);
+        sum = plus(sum, totals.indices[b]);
     }
     // A part that does not fit keeps its place, in which nothing shows.
     uint left_out = 0u;
@@ -89,7 +96,8 @@ void main() {
         uint bin = parts[i].bin;
         uint vertices = instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
         uint indices = levels[level].triangles * 3u;
-        bool fits = at.vertices + vertices <= push.vertex_limit && at.indices[bin] + indices <= push.index_limit;
+        bool fits = plus(at.vertices, vertices) <= push.vertex_limit
+            && plus(at.indices[bin], indices) <= push.index_limit;
         parts[i].first_vertex = at.vertices;
         parts[i].first_index = at.indices[bin];
         parts[i].bin = fits ? bin : bin | LEFT_OUT;
@@ -97,8 +105,8 @@ void main() {
         left_out += fits ? 0u : 1u;
         fit_vertices = fits ? at.vertices + vertices : fit_vertices;
         at.parts++;
-        at.vertices += vertices;
-        at.indices[bin] += indices;
+        at.vertices = plus(at.vertices, vertices);
+        at.indices[bin] = plus(at.indices[bin], indices);
     }
     barrier();
     own.left_out = left_out;
@@ -115,7 +123,7 @@ void main() {
             vertices = max(vertices, needs[t].vertices);
         }
         for (uint b = 0u; b < BINS; b++) {
-            uint end = min(first[b] + totals.indices[b], push.index_limit);
+            uint end = min(plus(first[b], totals.indices[b]), push.index_limit);
             draw.commands[2u * b] = uvec4(end - min(first[b], end), 1u, first[b], 0u);
             draw.commands[2u * b + 1u] = uvec4(0u);
         }

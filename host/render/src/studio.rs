@@ -53,6 +53,12 @@ impl Studio {
         &self.renderer
     }
 
+    /// The renderer, to change what only tests do.
+    #[cfg(test)]
+    pub(crate) fn renderer_mut(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
     /// Times of the passes of the last picture.
     pub fn timings(&self) -> &Timings {
         self.frames.timings()

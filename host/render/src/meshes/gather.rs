@@ -133,7 +133,9 @@ impl Steps<'_> {
         let twins = Twins::new(self, same, |o| o.mesh_draws.iter().map(|e| (e.object, e.mesh)).collect());
         for (i, element) in now.mesh_draws.iter().enumerate() {
             let jumped = self.jumped(element.object, element.flags);
-            let then = twins.of(i).map(|j| &before.mesh_draws[j]).filter(|_| !jumped);
+            // A mesh of another build may have the same number.
+            let then = twins.of(i).map(|j| &before.mesh_draws[j]);
+            let then = then.filter(|then| then.vertex_count == element.vertex_count && !jumped);
             let look = [element.phase, element.hue, element.value, element.fade];
             let Some(mut instance) = self.instance(element.object, element.mesh, element.material, look)
             else {

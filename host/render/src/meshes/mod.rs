@@ -131,6 +131,8 @@ pub struct Meshes {
     draws: Variants<Draws>,
     buffers: Option<Buffers>,
     picture: Option<Picture>,
+    /// Vertices of one picture at most: their buffer has to stay within what the device can bind.
+    pub(crate) most_vertices: u64,
 }
 
 impl Meshes {
@@ -150,6 +152,7 @@ impl Meshes {
             draws: Variants::default(),
             buffers: None,
             picture: None,
+            most_vertices: u64::from(gpu.info().limits.max_storage_buffer_range) / (VERTEX_WORDS as u64 * 4),
         }
     }
 
@@ -168,6 +171,7 @@ impl Meshes {
         let subject =
             gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
         if subject.instances.is_empty() {
+            self.steps.forget();
             return Ok(());
         }
         let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
@@ -462,9 +466,7 @@ impl Meshes {
 
     /// Makes the buffers great enough; they only grow.
     fn reserve(&mut self, subject: &Subject) -> Result<()> {
-        // Their buffer has to stay within what the device can bind.
-        let range = u64::from(self.gpu.info().limits.max_storage_buffer_range);
-        let most_vertices = range / (VERTEX_WORDS as u64 * 4);
+        let most_vertices = self.most_vertices;
         let wanted = (
             subject.instances.len() as u64,
             u64::from(subject.palette),

@@ -14,7 +14,8 @@ const KEPT: usize = 8;
 
 /// One step on the device.
 pub struct Resident {
-    /// What was brought; held, so that no other step can have their addresses.
+    /// What was brought; held while a picture shows it, so that no other step can have their addresses. Empty
+    /// where the buffers only wait for frames in flight.
     outputs: Vec<Arc<Outputs>>,
     /// Joints of all modules, one after the other.
     pub joints: Buffer,
@@ -65,7 +66,18 @@ impl Steps {
                 vertices: vertices.0,
             });
         }
+        self.let_go(|resident| resident.shows(previous) || resident.shows(current));
         Ok(())
+    }
+
+    /// No picture shows any of them now.
+    pub fn forget(&mut self) {
+        self.let_go(|_| false);
+    }
+
+    /// Modules write their next steps into outputs that nobody holds.
+    fn let_go(&mut self, stays: impl Fn(&Resident) -> bool) {
+        self.residents.iter_mut().filter(|resident| !stays(resident)).for_each(|r| r.outputs.clear());
     }
 
     /// A step that was brought for this picture.

@@ -239,6 +239,63 @@ fn veils_come_from_far_to_near_and_their_far_sides_from_outside_in() {
     }
 }
 
+#[test]
+fn a_draw_with_another_number_of_vertices_is_not_blended() {
+    let models = Models::default();
+    let mut outputs = models.empty();
+    models.bell(&mut outputs, [0.0, -3.0, 0.0], 1.0, 0.0);
+    let mut other = outputs.clone();
+    other.mesh_draws[0].vertex_count -= 1;
+    let blends = |before| subject(before, outputs.clone(), 0.25).instances.iter().map(|i| i.blend).collect();
+    let (same, new): (Vec<f32>, Vec<f32>) = (blends(outputs.clone()), blends(other));
+    assert!(same.iter().all(|blend| *blend == 0.25) && new.iter().all(|blend| *blend == 1.0), "{new:?}");
+}
+
+#[test]
+fn what_does_not_fit_is_left_out_whole() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let models = Models::default();
+    let mut outputs = models.empty();
+    for i in 0..6 {
+        models.bell(&mut outputs, [0.3 * f64::from(i), -3.4, -2.0], 1.0, 0.3);
+    }
+    let most = 3 * u64::from(outputs.mesh_draws[0].vertex_count) + 100;
+    studio.renderer_mut().meshes.most_vertices = most;
+    let how = Settings { detail: None, ..Settings::default() };
+    let first = shoot(&mut studio, "left-out", &outputs, camera(), &how);
+    let counts = studio.renderer().meshes().counts().expect("read back");
+    let Drawn { indices, .. } = studio.renderer().meshes().read_back().expect("read back");
+    assert!(counts.left_out > 0 && counts.drawn > 0 && u64::from(counts.vertices) <= most, "{counts:?}");
+    assert!(indices.iter().all(|index| *index < counts.vertices));
+    assert!(first.rgba == shoot(&mut studio, "left-out", &outputs, camera(), &how).rgba);
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn outputs_that_no_picture_shows_are_let_go() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let models = Models::default();
+    let environment = blackboard();
+    let frames = [1, 2, 3].map(|step| sample::frame(step, camera(), garden(&models, step as f32 / 60.0)));
+    for pair in frames.windows(2) {
+        let shot = Shot {
+            previous: &pair[0],
+            current: &pair[1],
+            alpha: 0.5,
+            camera: camera(),
+            environment: &environment,
+        };
+        studio.run(&shot, &Settings::default()).expect("a picture");
+    }
+    let held = |frame: &Frame| Arc::strong_count(&frame.outputs[0]) - 1;
+    assert_eq!(frames.each_ref().map(held), [0, 1, 1]);
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
 fn shoot(studio: &mut Studio, name: &str, outputs: &Outputs, camera: CameraPose, how: &Settings) -> Picture {
     let environment = blackboard();
     let frame = sample::frame(1, camera, outputs.clone());
