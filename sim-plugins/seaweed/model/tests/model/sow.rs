@@ -56,7 +56,7 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
         one.plants.iter().zip(&other.plants).filter(|(a, b)| a.root == b.root || a.size == b.size).count();
     assert_eq!(same, 0);
     for plant in &one.plants {
-        assert!(plant.root.x.abs() < 5.2 && plant.root.z.abs() < 4.2, "{}", plant.root);
+        assert!(plant.root.x.abs() <= 5.0 && plant.root.z.abs() <= 4.0, "{}", plant.root);
         let bed = if plant.root.x > 0.0 { 0.57735 * plant.root.x } else { 0.0 };
         assert!((plant.root.y + 10.0 - bed).abs() < 1e-3, "{}", plant.root);
     }
@@ -64,6 +64,22 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
     for (i, a) in one.plants.iter().enumerate() {
         for b in &one.plants[i + 1..] {
             assert!(a.root.distance(b.root) > 0.1, "{} {}", a.root, b.root);
+        }
+    }
+}
+
+#[test]
+fn no_plant_of_a_bed_stands_outside_its_rectangle() {
+    for (density, size) in [(0.01, [4.0, 4.0]), (0.01, [15.0, 7.0]), (1e-300, [4.0, 4.0]), (1.0, [0.0, 0.0])]
+    {
+        for seed in 0..20 {
+            let bed = json!({"species": ["plain"], "density": density, "center": [2.0, -1.0], "size": size});
+            let garden = garden(seed, json!({"beds": [bed]}), &[]);
+            assert!(!garden.plants.is_empty());
+            for DVec3 { x, z, .. } in garden.plants.iter().map(|plant| plant.root) {
+                let within = (x - 2.0).abs() <= 0.5 * size[0] && (z + 1.0).abs() <= 0.5 * size[1];
+                assert!(within, "({x}, {z}) of a bed of {size:?} and {density} a square metre");
+            }
         }
     }
 }
