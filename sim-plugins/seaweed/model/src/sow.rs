@@ -354,7 +354,14 @@ fn read<'a>(
         ranges::check(&species).map_err(|error| error.within(&inside))?;
         let at = |key: &str, problem: String| ConfigError::new(format!("{inside}.{key}"), problem);
         species.check().map_err(|(key, problem)| at(key, problem))?;
-        let skeleton = grow::skeleton(&species).map_err(|error| at(error.key, error.problem))?;
+        let skeleton = grow::skeleton(&species).map_err(|error| match error.segment {
+            None => at(error.key, error.problem),
+            // No key of the table is wrong by itself: what they make together is.
+            Some(number) => {
+                let problem = format!("grows segment {number} whose {} {}", error.key, error.problem);
+                ConfigError::new(inside.clone(), problem)
+            }
+        })?;
         let kind = Kind { skeleton, lag: species.motion.lag, disturbance: species.motion.disturbance };
         sorts.insert(name.to_owned(), Sort { species, kind });
     }
