@@ -70,7 +70,8 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
 
 #[test]
 fn no_plant_of_a_bed_stands_outside_its_rectangle() {
-    for (density, size) in [(0.01, [4.0, 4.0]), (0.01, [15.0, 7.0]), (1e-300, [4.0, 4.0]), (1.0, [0.0, 0.0])] {
+    for (density, size) in [(0.01, [4.0, 4.0]), (0.01, [15.0, 7.0]), (1e-300, [4.0, 4.0]), (1.0, [0.0, 0.0])]
+    {
         for seed in 0..20 {
             let bed = json!({"species": ["plain"], "density": density, "center": [2.0, -1.0], "size": size});
             let garden = garden(seed, json!({"beds": [bed]}), &[]);
