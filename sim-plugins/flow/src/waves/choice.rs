@@ -74,8 +74,20 @@ impl Choice {
             let axis = |number: &u16| select::axis(&waves[usize::from(*number)], depth, middle);
             self.order.sort_by(|a, b| axis(b).total_cmp(&axis(a)));
         }
-        let ordered: Vec<Wave> = self.order.iter().map(|number| waves[usize::from(*number)]).collect();
+        let ordered: Vec<Wave> = self.in_order(waves).copied().collect();
         self.selection = Some(Selection::new(&ordered, depth, lens, threshold, rule, heights));
+    }
+
+    /// Chooses nothing any more: all trains matter, in their own order.
+    pub fn forget(&mut self) {
+        self.selection = None;
+        self.order.clear();
+    }
+
+    /// The step's trains, in the order in which [`Choice::count`] counts them.
+    pub fn in_order<'a>(&self, waves: &'a [Wave]) -> impl Iterator<Item = &'a Wave> + use<'a, '_> {
+        let place = |number: usize| self.order.get(number).map_or(number, |place| usize::from(*place));
+        (0..waves.len()).filter_map(move |number| waves.get(place(number)))
     }
 
     /// Numbers of the trains, in the order in which [`Choice::count`] counts them.

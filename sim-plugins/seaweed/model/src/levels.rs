@@ -2,7 +2,7 @@
 //! method, to another.
 
 use glam::DVec3;
-use reef_flow::waves::{Lens, Rule, Selection};
+use reef_flow::waves::{Choice, Lens, Rule};
 use reef_sdk::abi::{Camera, Wave};
 
 /// By which method plants move (§4.3).
@@ -83,6 +83,17 @@ impl Levels {
         [level, lagged]
     }
 
+    /// Chooses which of a step's trains over the depth [m] matter from how far away.
+    pub(crate) fn choose(&self, choice: &mut Choice, waves: &[Wave], depth: f64, camera: &Camera) {
+        if self.trains {
+            // The whole height of the water: what is chosen for one plant does not depend on where the others
+            // stand.
+            choice.update(waves, depth, Lens::new(camera), self.threshold, Rule::Sum, [-depth, 0.0]);
+        } else {
+            choice.forget();
+        }
+    }
+
     /// How far a plant goes toward another level or method in a step [s].
     pub fn pace(&self, dt: f64) -> f32 {
         (dt / self.blend.max(1e-6)).min(2.0) as f32
@@ -93,45 +104,6 @@ impl Levels {
 pub fn toward(now: f32, wanted: f32, pace: f32) -> f32 {
     let way = wanted - now;
     if way.abs() <= pace { wanted } else { now + pace.copysign(way) }
-}
-
-/// How many wave trains matter from how far away. Made anew when something of it changes, not each step.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Choice {
-    /// Focal length and corner of the lens, threshold, depth.
-    key: [f64; 4],
-    /// Amplitude and wave number of each train.
-    trains: Vec<[f32; 2]>,
-    selection: Option<Selection>,
-}
-
-impl Choice {
-    /// Looks at a step's trains through its camera.
-    pub(crate) fn update(&mut self, waves: &[Wave], depth: f64, camera: &Camera, levels: &Levels) {
-        if !levels.trains || waves.is_empty() {
-            self.selection = None;
-            return;
-        }
-        let lens = Lens::new(camera);
-        let key = [lens.focal, lens.corner, levels.threshold, depth];
-        let same = |(known, wave): (&[f32; 2], &Wave)| *known == [wave.amplitude, wave.wave_number];
-        let known = self.selection.is_some()
-            && self.key == key
-            && self.trains.len() == waves.len()
-            && self.trains.iter().zip(waves).all(same);
-        if known {
-            return;
-        }
-        self.key = key;
-        self.trains.clear();
-        self.trains.extend(waves.iter().map(|wave| [wave.amplitude, wave.wave_number]));
-        self.selection = Some(Selection::new(waves, depth, lens, levels.threshold, Rule::Sum, [-depth, 0.0]));
-    }
-
-    /// How many trains matter for what reaches up to the height `y` [m, world] at a distance [m].
-    pub(crate) fn count(&self, y: f64, distance: f64) -> usize {
-        self.selection.as_ref().map_or(usize::MAX, |table| table.count(y.min(0.0) as f32, distance as f32))
-    }
 }
 
 /// Distance [m] from an eye of the nearest point of a line of length `long` [m] that stands upright on `foot`.

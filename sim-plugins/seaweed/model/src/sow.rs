@@ -124,7 +124,7 @@ impl Plan {
                 let sort = read(scene, name, &format!("{path}.species[{k}]"), &mut sorts)?;
                 longest = longest.max(sort.kind.skeleton.len() as u64);
             }
-            let [columns, rows] = Lattice::of(bed).places();
+            let [columns, rows] = Lattice::of(bed).places;
             count.add(columns.saturating_mul(rows), longest, &format!("{path}.density"))?;
         }
         let (names, sorts) = sorts.into_iter().unzip();
@@ -267,35 +267,35 @@ impl Footing {
     }
 }
 
-/// The places of a bed, counted from its low corner.
+/// The places of a bed, counted from its low corner: they share its rectangle evenly.
 #[derive(Clone, Copy, Debug)]
 struct Lattice {
     corner: [f64; 2],
-    /// From one place to the next [m].
-    step: f64,
-    size: [f64; 2],
+    /// How many there are along x and along z.
+    places: [u64; 2],
+    /// From one place to the next along x and along z [m].
+    step: [f64; 2],
 }
 
 impl Lattice {
+    /// As many places as the density asks for, rounded along each side, and one at least.
     fn of(bed: &BedTable) -> Self {
         let corner = [bed.center[0] - 0.5 * bed.size[0], bed.center[1] - 0.5 * bed.size[1]];
-        Self { corner, step: 1.0 / bed.density.sqrt(), size: bed.size }
-    }
-
-    /// Along x and along z: as many as fit, one where none does.
-    fn places(self) -> [u64; 2] {
-        self.size.map(|size| (size / self.step).round().max(1.0) as u64)
+        let pitch = 1.0 / bed.density.sqrt();
+        let places = bed.size.map(|size| (size / pitch).round().max(1.0));
+        let step = core::array::from_fn(|axis| bed.size[axis] / places[axis]);
+        Self { corner, places: places.map(|count| count as u64), step }
     }
 
     fn all(self) -> impl Iterator<Item = [i64; 2]> {
-        let [columns, rows] = self.places().map(|count| count as i64);
+        let [columns, rows] = self.places.map(|count| count as i64);
         (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
     }
 
     /// x and z of a place, moved by a share of the way to its neighbours.
     fn place(self, at: [i64; 2], moved: [f64; 2]) -> [f64; 2] {
         core::array::from_fn(|axis| {
-            self.corner[axis] + self.step * (at[axis] as f64 + 0.5 + 0.35 * moved[axis])
+            self.corner[axis] + self.step[axis] * (at[axis] as f64 + 0.5 + 0.35 * moved[axis])
         })
     }
 }
@@ -354,7 +354,14 @@ fn read<'a>(
         ranges::check(&species).map_err(|error| error.within(&inside))?;
         let at = |key: &str, problem: String| ConfigError::new(format!("{inside}.{key}"), problem);
         species.check().map_err(|(key, problem)| at(key, problem))?;
-        let skeleton = grow::skeleton(&species).map_err(|error| at(error.key, error.problem))?;
+        let skeleton = grow::skeleton(&species).map_err(|error| match error.segment {
+            None => at(error.key, error.problem),
+            // No key of the table is wrong by itself: what they make together is.
+            Some(number) => {
+                let problem = format!("grows segment {number} whose {} {}", error.key, error.problem);
+                ConfigError::new(inside.clone(), problem)
+            }
+        })?;
         let kind = Kind { skeleton, lag: species.motion.lag, disturbance: species.motion.disturbance };
         sorts.insert(name.to_owned(), Sort { species, kind });
     }

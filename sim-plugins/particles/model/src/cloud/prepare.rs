@@ -51,11 +51,11 @@ impl Cloud {
             if self.choosing {
                 let (threshold, rule) = (levels.threshold, levels.selection);
                 swarm.choice.update(around.waves, around.depth, lens, threshold, rule, heights);
+            } else {
+                swarm.choice.forget();
             }
-            let order = if self.choosing { swarm.choice.order() } else { &[] };
             self.met.clear();
-            self.met.extend((0..around.waves.len()).map(|number| {
-                let wave = &around.waves[order.get(number).map_or(number, |number| usize::from(*number))];
+            self.met.extend(swarm.choice.in_order(around.waves).map(|wave| {
                 let along = wave.direction[0] * vx + wave.direction[1] * vz;
                 Wave { frequency: wave.frequency - wave.wave_number * along, ..*wave }
             }));

@@ -14,7 +14,7 @@ mod poses;
 mod state;
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed, view::View};
+use reef_flow::{Field, Level, Packed, view::View, waves::Choice};
 use reef_sdk::{
     Chunks, Heightfield, Parts, Workers,
     abi::{self, Camera, Flow, Obstacle, Wave},
@@ -22,7 +22,7 @@ use reef_sdk::{
 
 use crate::{
     kernel::{self, Row},
-    levels::{Choice, Levels},
+    levels::Levels,
     skeleton::Skeleton,
 };
 
@@ -71,7 +71,7 @@ pub struct Plant {
 pub struct Surroundings<'a> {
     /// All primitives, in the host's order.
     pub flow: &'a [Flow],
-    /// All wave trains, greatest first.
+    /// All wave trains.
     pub waves: &'a [Wave],
     /// Of the water [m].
     pub depth: f64,
@@ -108,7 +108,9 @@ pub struct Bed {
     /// The step's flow without what the plants emit themselves.
     flow: Vec<Flow>,
     choice: Choice,
-    /// The step's trains, some time ago: for plants that make up for steps.
+    /// The step's trains, in the order of their choice.
+    waves: Vec<Wave>,
+    /// The same some time ago: for plants that make up for steps.
     before: Vec<Vec<Wave>>,
     scratch: Vec<Scratch>,
     ambient: Packed,
@@ -160,6 +162,7 @@ impl Bed {
             field: Field::new(),
             flow: Vec::new(),
             choice: Choice::default(),
+            waves: Vec::new(),
             before: vec![Vec::new(); CATCH_UP.len()],
             scratch: Vec::new(),
             ambient: Packed::new(),
@@ -239,10 +242,11 @@ impl Bed {
         }
         self.prepare(around, levels);
         let view = View::new(around.camera, levels.margin);
-        let Self { packs, rows, row_bounds, cells, field, before, scratch, kinds, choice, .. } = self;
+        let Self { packs, rows, row_bounds, cells, field, waves, before, scratch, kinds, choice, .. } = self;
         let (field, kinds, choice, before) = (&*field, &*kinds, &*choice, &*before);
+        let ordered = &Surroundings { waves, ..*around };
         around.workers.for_each_part(Chunks::new(cells, 1), |_, cell| {
-            cell[0].fill(field, around, levels, &view);
+            cell[0].fill(field, ordered, levels, &view);
         });
         let cells = &*cells;
         let split = (Chunks::new(packs, 1), Parts::new(rows, row_bounds));
@@ -250,7 +254,7 @@ impl Bed {
             let pack = &mut pack[0];
             let cell = &cells[pack.cell()];
             let kind = &kinds[pack.kind()];
-            let sea = pack::Sea { around, levels, view: &view, cell, kind, choice, before };
+            let sea = pack::Sea { around: ordered, levels, view: &view, cell, kind, choice, before };
             pack.step(&sea, rows, scratch);
         });
         let mut work = Work::default();
@@ -273,11 +277,13 @@ impl Bed {
         let felt = |flow: &&Flow| flow.kind != abi::FLOW_SOURCE || !ours.contains(&flow.owner);
         self.flow.extend(around.flow.iter().filter(felt));
         self.field.refill(&self.flow);
-        self.choice.update(around.waves, around.depth, around.camera, levels);
+        levels.choose(&mut self.choice, around.waves, around.depth, around.camera);
+        self.waves.clear();
+        self.waves.extend(self.choice.in_order(around.waves));
         for (i, before) in self.before.iter_mut().enumerate() {
             let ago = catch_up_end(i);
             before.clear();
-            before.extend(around.waves.iter().map(|wave| {
+            before.extend(self.waves.iter().map(|wave| {
                 let phase = f64::from(wave.phase) + f64::from(wave.frequency) * ago;
                 Wave { phase: reef_flow::math::reduce_phase(phase) as f32, ..*wave }
             }));

@@ -1,14 +1,18 @@
 //! Eight plants of one species that stand near one another: what they are, and their part of a step.
 
 use glam::{DQuat, DVec3};
-use reef_flow::{random::Random, view::View, waves::Trains};
+use reef_flow::{
+    random::Random,
+    view::View,
+    waves::{Choice, Trains},
+};
 use reef_sdk::abi::Wave;
 
 use super::{CATCH_UP, Kind, Pass, Plant, Room, Stand, Surroundings, Work, catch_up_end, cell::Cell};
 use crate::{
     kernel::{self, Row},
     lanes::{Lane, WIDTH},
-    levels::{Choice, Levels, toward, upright_distance},
+    levels::{Levels, toward, upright_distance},
     water::Water,
 };
 
@@ -227,7 +231,7 @@ impl Pack {
             water: Water {
                 currents: &sea.cell.currents,
                 trains,
-                count: sea.choice.count(top, sea.cell.distance(sea.view.eye)),
+                count: sea.choice.count(top.min(0.0) as f32, sea.cell.distance(sea.view.eye) as f32),
                 share: sea.levels.waves as f32,
             },
             level: anchor.y as f32,

@@ -56,7 +56,7 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
         one.plants.iter().zip(&other.plants).filter(|(a, b)| a.root == b.root || a.size == b.size).count();
     assert_eq!(same, 0);
     for plant in &one.plants {
-        assert!(plant.root.x.abs() < 5.2 && plant.root.z.abs() < 4.2, "{}", plant.root);
+        assert!(plant.root.x.abs() <= 5.0 && plant.root.z.abs() <= 4.0, "{}", plant.root);
         let bed = if plant.root.x > 0.0 { 0.57735 * plant.root.x } else { 0.0 };
         assert!((plant.root.y + 10.0 - bed).abs() < 1e-3, "{}", plant.root);
     }
@@ -64,6 +64,22 @@ fn a_bed_has_its_density_and_depends_on_its_seed_alone() {
     for (i, a) in one.plants.iter().enumerate() {
         for b in &one.plants[i + 1..] {
             assert!(a.root.distance(b.root) > 0.1, "{} {}", a.root, b.root);
+        }
+    }
+}
+
+#[test]
+fn no_plant_of_a_bed_stands_outside_its_rectangle() {
+    for (density, size) in [(0.01, [4.0, 4.0]), (0.01, [15.0, 7.0]), (1e-300, [4.0, 4.0]), (1.0, [0.0, 0.0])]
+    {
+        for seed in 0..20 {
+            let bed = json!({"species": ["plain"], "density": density, "center": [2.0, -1.0], "size": size});
+            let garden = garden(seed, json!({"beds": [bed]}), &[]);
+            assert!(!garden.plants.is_empty());
+            for DVec3 { x, z, .. } in garden.plants.iter().map(|plant| plant.root) {
+                let within = (x - 2.0).abs() <= 0.5 * size[0] && (z + 1.0).abs() <= 0.5 * size[1];
+                assert!(within, "({x}, {z}) of a bed of {size:?} and {density} a square metre");
+            }
         }
     }
 }
@@ -180,6 +196,12 @@ fn wrong_species_are_refused_with_their_key() {
     assert_eq!(text, "species.odd.stem.segments: must be at most 256, is 10000000");
     let text = with(json!({"stem": {"segments": 256, "count": 64}}));
     assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 4096 are allowed");
+    // Each number is within its range, but not the segment that they make.
+    let text = with(json!({"stem": {
+        "length": 80.0, "segments": 1, "tissue": {"rigidity": 1e-7, "tip_rigidity": 1e-4},
+    }}));
+    let start = "species.odd: grows segment 0 whose stiffness must be above 1e-9 and at most 1000000000, is ";
+    assert!(text.starts_with(start), "{text}");
     assert_eq!(
         with(json!({"look": {"tip": "green"}})),
         "species.odd.look.tip: must be a colour like \"#6B7A2A\", is \"green\""
