@@ -7,7 +7,7 @@ use std::fs;
 use object::{Object, ObjectSection};
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    hostile::{Met, folder, meet, meet_in, sim},
+    hostile::{Met, folder, meet, meet_in, sim, sim_with},
 };
 
 /// The sum over all streams and states of the five steps, as it is without a fault; None: there is no
@@ -118,6 +118,17 @@ fn code_at_the_end_is_guarded_watched_and_named_and_the_result_is_whole() {
         let told = format!("plugin `{who}`: {call} was stopped: {reason}");
         assert_eq!(met.text.matches(&told).count(), 1, "{wish}: {}", met.text);
         assert_eq!(met.text.contains("and stays in memory"), call == "unload", "{wish}: {}", met.text);
+    }
+}
+
+#[test]
+fn a_thread_that_does_not_end_among_many_that_did_is_stopped_and_named() {
+    let Some(sound) = sound() else { return };
+    for wish in ["loop@worker_local", "sleep@worker_local"] {
+        let Some(met) = sim_with(wish, &["--workers", "8"]) else { return };
+        assert_eq!((met.code, hash(&met)), (Some(0), Some(sound.clone())), "{wish}: {}", met.text);
+        let told = "plugin `libhostile.so`: unload was stopped: it did not end 2000 ms after it began";
+        assert_eq!(met.text.matches(told).count(), 1, "{wish}: {}", met.text);
     }
 }
 
