@@ -156,6 +156,18 @@ fn constructors_that_are_at_fault_refuse_the_library_and_hold_nothing_up() {
 }
 
 #[test]
+fn a_known_plugin_that_cannot_be_loaded_is_told_with_its_reason() {
+    if sound().is_none() {
+        return;
+    }
+    let Some(met) = sim("fault@constructor") else { return };
+    assert_eq!(met.code, Some(2), "{}", met.text);
+    let told = "modules.hostile.use: the plugin \"fixture.hostile\" cannot be used: ";
+    assert!(met.text.contains(told) && met.text.contains("load was stopped: SIGSEGV"), "{}", met.text);
+    assert!(!met.text.contains("there is no plugin"), "{}", met.text);
+}
+
+#[test]
 fn what_a_plugin_writes_to_its_input_reaches_nobody_else() {
     let Some(sound) = sound() else { return };
     for wish in ["flow@input", "camera@input", "water@input"] {
