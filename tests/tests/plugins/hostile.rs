@@ -75,6 +75,9 @@ fn what_a_plugin_takes_from_the_guards_is_put_back_and_told() {
         ("mask@job", "step blocked signals of faults"),
         ("stack@create", "create took the stack of the signals' handlers"),
         ("handler@constructor", "load took the handler of SIGSEGV"),
+        ("handler@destructor", "unload took the handler of SIGSEGV"),
+        ("mask@destructor", "unload blocked signals of faults"),
+        ("handler@thread_local", "unload took the handler of SIGSEGV"),
     ] {
         let Some(met) = sim(wish) else { return };
         assert!(
