@@ -88,6 +88,11 @@ pub fn meet_in(folder: &Path, cache: &Path, wish: &str, arguments: &[&str]) -> M
 
 /// Five steps of a sea with the plugin, which strikes in the third.
 pub fn sim(wish: &str) -> Option<Met> {
+    sim_with(wish, &[])
+}
+
+/// The same with more arguments.
+pub fn sim_with(wish: &str, arguments: &[&str]) -> Option<Met> {
     let scene = source().join("hostile.toml");
-    meet(wish, &["sim", &scene.to_string_lossy(), "--steps", "5", "--hash"])
+    meet(wish, &[&["sim", &scene.to_string_lossy(), "--steps", "5", "--hash"], arguments].concat())
 }

@@ -175,11 +175,9 @@ impl Generation {
             if watch != Watch::Step {
                 guard::put_in_place();
             }
-            let outcome = self.fate.watched(watch, || guard::guarded(&self.fate, code)).map(then);
-            if let Some(taken) = guard::put_back(&self.fate) {
-                tracing::warn!("plugin `{plugin}`: {call} {taken}; the host's own is back in place");
-            }
-            outcome
+            let outcome = self.fate.watched(watch, || guard::guarded(&self.fate, code));
+            tell_taken(&self.fate, plugin, call);
+            outcome.map(then)
         });
         outcome.map_err(|fault| self.condemn(&fault, plugin, call))
     }
@@ -192,6 +190,13 @@ impl Generation {
         // waits.
         let _ = self.quarantine.set(Health::Faulty(message.clone()));
         message
+    }
+}
+
+/// A guarded call is over: what it took from the guards is put back, and told.
+fn tell_taken(fate: &Fate, plugin: &str, call: &str) {
+    if let Some(taken) = guard::put_back(fate) {
+        tracing::warn!("plugin `{plugin}`: {call} {taken}; the host's own is back in place");
     }
 }
 
@@ -283,11 +288,13 @@ impl Generation {
     ) -> Result<(), String> {
         const CALL: &str = "unload";
         let ended = self.join().and_then(|()| {
-            let fate = self.fate.clone();
+            let (fate, library) = (self.fate.clone(), library.to_owned());
             let (tell, told) = mpsc::sync_channel(1);
             let work = move || {
                 let resident = Resident::new(&fate);
                 let outcome = fate.watched(Watch::End, || guard::guarded(&fate, destructors));
+                // What the ends of the library's threads took is seen here, too.
+                tell_taken(&fate, &library, CALL);
                 let failed = outcome.is_err();
                 drop(resident);
                 // The other end waits for it.

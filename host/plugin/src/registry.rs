@@ -32,7 +32,7 @@ struct Dormant {
     /// Those of its plugins that count.
     ids: Vec<String>,
     workers: usize,
-    plugins: OnceLock<Vec<Plugin>>,
+    plugins: OnceLock<Result<Vec<Plugin>, Refusal>>,
 }
 
 impl Dormant {
@@ -45,14 +45,19 @@ impl Dormant {
         Ok(plugins.into_iter().filter(|plugin| self.ids.contains(&plugin.info().id)).collect())
     }
 
+    fn has(&self, id: &str) -> bool {
+        self.ids.iter().any(|known| known == id)
+    }
+
     /// Its plugins, loaded now where nobody asked before.
-    fn plugins(&self) -> &[Plugin] {
-        self.plugins.get_or_init(|| {
-            self.load().unwrap_or_else(|refusal| {
-                tracing::warn!("{} {refusal}", self.path.display());
-                Vec::new()
-            })
-        })
+    fn plugins(&self) -> Result<&[Plugin], &Refusal> {
+        self.plugins.get_or_init(|| self.load()).as_deref()
+    }
+
+    /// Why it could not be loaded when somebody asked for it.
+    fn refused(&self) -> Option<Refused> {
+        let reason = self.plugins.get()?.as_ref().err()?.clone();
+        Some(Refused { path: self.path.clone(), reason })
     }
 }
 
@@ -161,8 +166,11 @@ impl Registry {
             let path = plugin.info().path.as_ref();
             return Some(path.map_or_else(|| "linked".to_owned(), |path| path.display().to_string()));
         }
-        let dormant = self.dormant.iter().find(|dormant| dormant.ids.iter().any(|known| known == id));
-        dormant.map(|dormant| dormant.path.display().to_string())
+        self.dormant_with(id).map(|dormant| dormant.path.display().to_string())
+    }
+
+    fn dormant_with(&self, id: &str) -> Option<&Dormant> {
+        self.dormant.iter().map(|dormant| &**dormant).find(|dormant| dormant.has(id))
     }
 
     /// Loads all that was found and not asked for yet. What fails then is refused.
@@ -176,15 +184,15 @@ impl Registry {
         }
     }
 
-    /// Those that were found dormant and are loaded are like the others.
+    /// Those that were found dormant and that somebody asked for are like the others: loaded, or refused.
     fn absorb(&mut self) {
-        let Self { plugins, dormant, .. } = self;
-        dormant.retain(|dormant| match dormant.plugins.get() {
-            Some(loaded) => {
+        let Self { plugins, dormant, refused, .. } = self;
+        dormant.retain(|dormant| {
+            if let Some(Ok(loaded)) = dormant.plugins.get() {
                 plugins.extend(loaded.iter().cloned());
-                false
             }
-            None => true,
+            refused.extend(dormant.refused());
+            dormant.plugins.get().is_none()
         });
     }
 
@@ -213,10 +221,14 @@ impl Registry {
         result
     }
 
-    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new.
-    /// Returns the former ones: whoever drops the last of a library waits until it is closed.
+    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new. What
+    /// was dormant in that library, or under these ids, is not loaded any more. Returns the former ones: whoever drops the last of a library waits until it is closed.
     pub fn replace(&mut self, plugins: &[Plugin]) -> Vec<Plugin> {
         self.absorb();
+        self.dormant.retain(|dormant| {
+            let is_in = |plugin: &Plugin| plugin.library().path() == Some(&*dormant.path);
+            !plugins.iter().any(|plugin| is_in(plugin) || dormant.has(&plugin.info().id))
+        });
         let mut former = Vec::new();
         for plugin in plugins {
             match self.plugins.iter_mut().find(|known| known.info().id == plugin.info().id) {
@@ -230,11 +242,14 @@ impl Registry {
     /// The plugin with this id, which is loaded now where nobody asked for it before.
     pub fn get(&self, id: &str) -> Option<&Plugin> {
         let is_it = |plugin: &&Plugin| plugin.info().id == id;
-        self.plugins.iter().find(is_it).or_else(|| {
-            let mut dormant = self.dormant.iter();
-            let dormant = dormant.find(|dormant| dormant.ids.iter().any(|known| known == id))?;
-            dormant.plugins().iter().find(is_it)
-        })
+        let known = self.plugins.iter().find(is_it);
+        known.or_else(|| self.dormant_with(id)?.plugins().ok()?.iter().find(is_it))
+    }
+
+    /// The file in which the plugin with this id was found, where it could not be loaded when
+    /// [`Registry::get`] asked for it.
+    pub fn failed(&self, id: &str) -> Option<Refused> {
+        self.dormant_with(id)?.refused()
     }
 
     /// The plugin with this id, if it is loaded.
@@ -258,7 +273,7 @@ impl Registry {
 
     /// All plugins that are loaded, in the order in which they were found.
     pub fn plugins(&self) -> Vec<&Plugin> {
-        let woken = self.dormant.iter().filter_map(|dormant| dormant.plugins.get());
+        let woken = self.dormant.iter().filter_map(|dormant| dormant.plugins.get()?.as_ref().ok());
         self.plugins.iter().chain(woken.flatten()).collect()
     }
 
@@ -307,5 +322,24 @@ mod tests {
         assert_eq!(newer_build(&beside), None);
         write(&newer, 5);
         assert_eq!(newer_build(&beside), Some(newer));
+    }
+
+    fn dormant(id: &str, plugins: OnceLock<Result<Vec<Plugin>, Refusal>>) -> Arc<Dormant> {
+        let path = Path::new("lib").join(id);
+        Arc::new(Dormant { path, ids: vec![id.to_owned()], workers: 1, plugins })
+    }
+
+    #[test]
+    fn what_was_asked_for_and_could_not_be_loaded_is_refused_with_its_reason() {
+        let mut registry = Registry::new();
+        registry.dormant =
+            vec![dormant("a.asked", Err(Refusal::Empty).into()), dormant("a.b", OnceLock::new())];
+        assert!(registry.get("a.asked").is_none());
+        assert_eq!(registry.failed("a.asked").map(|failed| failed.reason), Some(Refusal::Empty));
+        assert!(registry.failed("a.b").is_none() && registry.refused().is_empty());
+        registry.absorb();
+        assert_eq!(registry.ids().collect::<Vec<_>>(), ["a.b"]);
+        let [refused] = registry.refused() else { panic!("{:?}", registry.refused()) };
+        assert_eq!((refused.path.as_path(), &refused.reason), (Path::new("lib/a.asked"), &Refusal::Empty));
     }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use object::{Object, ObjectSection};
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    hostile::{Met, folder, meet, meet_in, sim},
+    hostile::{Met, folder, meet, meet_in, sim, sim_with},
 };
 
 /// The sum over all streams and states of the five steps, as it is without a fault; None: there is no
@@ -75,6 +75,9 @@ fn what_a_plugin_takes_from_the_guards_is_put_back_and_told() {
         ("mask@job", "step blocked signals of faults"),
         ("stack@create", "create took the stack of the signals' handlers"),
         ("handler@constructor", "load took the handler of SIGSEGV"),
+        ("handler@destructor", "unload took the handler of SIGSEGV"),
+        ("mask@destructor", "unload blocked signals of faults"),
+        ("handler@thread_local", "unload took the handler of SIGSEGV"),
     ] {
         let Some(met) = sim(wish) else { return };
         assert!(
@@ -122,6 +125,17 @@ fn code_at_the_end_is_guarded_watched_and_named_and_the_result_is_whole() {
 }
 
 #[test]
+fn a_thread_that_does_not_end_among_many_that_did_is_stopped_and_named() {
+    let Some(sound) = sound() else { return };
+    for wish in ["loop@worker_local", "sleep@worker_local"] {
+        let Some(met) = sim_with(wish, &["--workers", "8"]) else { return };
+        assert_eq!((met.code, hash(&met)), (Some(0), Some(sound.clone())), "{wish}: {}", met.text);
+        let told = "plugin `libhostile.so`: unload was stopped: it did not end 2000 ms after it began";
+        assert_eq!(met.text.matches(told).count(), 1, "{wish}: {}", met.text);
+    }
+}
+
+#[test]
 fn constructors_that_are_at_fault_refuse_the_library_and_hold_nothing_up() {
     // From here on the build is known, so that it is this program that loads it.
     if sound().is_none() {
@@ -142,6 +156,18 @@ fn constructors_that_are_at_fault_refuse_the_library_and_hold_nothing_up() {
         // The others are there.
         assert!(met.text.contains("reef.anemone"), "{wish}: {}", met.text);
     }
+}
+
+#[test]
+fn a_known_plugin_that_cannot_be_loaded_is_told_with_its_reason() {
+    if sound().is_none() {
+        return;
+    }
+    let Some(met) = sim("fault@constructor") else { return };
+    assert_eq!(met.code, Some(2), "{}", met.text);
+    let told = "modules.hostile.use: the plugin \"fixture.hostile\" cannot be used: ";
+    assert!(met.text.contains(told) && met.text.contains("load was stopped: SIGSEGV"), "{}", met.text);
+    assert!(!met.text.contains("there is no plugin"), "{}", met.text);
 }
 
 #[test]

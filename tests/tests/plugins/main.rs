@@ -2,6 +2,8 @@
 //! libraries. What needs guards runs where there are guards.
 
 mod bad_libraries;
+#[cfg(target_os = "linux")]
+mod dormant;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod faults;
 mod fresh;

@@ -1,5 +1,7 @@
 //! The plugins that were found, as the scene loader asks for them.
 
+use std::env::consts::DLL_PREFIX;
+
 use reef_plugin::{PluginInfo, Registry};
 
 use crate::scene::Catalogue;
@@ -9,14 +11,16 @@ impl Catalogue for Registry {
         if let Some(plugin) = self.get(id) {
             return Ok(Some(PluginInfo::clone(plugin.info())));
         }
-        // A file of that name that was refused says more than "there is none".
+        // What became of its file when it was loaded, or a file of that name that was refused, says more than
+        // "there is none".
         let name = id.rsplit('.').next().unwrap_or(id).replace('-', "_");
         let refused = self.refused().iter().find(|refused| {
             let stem =
                 refused.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+            let stem = stem.strip_prefix(DLL_PREFIX).unwrap_or(&stem);
             stem.rsplit(['_', '-']).next() == Some(name.as_str())
         });
-        match refused {
+        match self.failed(id).as_ref().or(refused) {
             Some(refused) => Err(format!("{} {}", refused.path.display(), refused.reason)),
             None => Ok(None),
         }

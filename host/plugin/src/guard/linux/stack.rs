@@ -18,10 +18,10 @@ use crate::guard::Fate;
 /// top.
 const ROOM: usize = 64 << 10;
 
-/// A thread of a generation, as the watchdog sees it.
+/// A thread of a generation, as the watchdog sees it. It may be over, and joined: all that is kept of it are
+/// numbers, of which the kernel says that there is no such thread any more.
 #[derive(Debug)]
 pub(crate) struct Thread {
-    id: libc::pthread_t,
     /// The kernel's number of it.
     task: libc::c_long,
     clock: Option<libc::clockid_t>,
@@ -29,7 +29,7 @@ pub(crate) struct Thread {
 
 impl Thread {
     /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor,
-    /// does not. Also where the system does not say. Allocates nothing: whoever holds the lock of the memory
+    /// does not. Also where the system does not say, or it is over. Allocates nothing: whoever holds the lock of the memory
     /// may be what is asked about.
     pub(super) fn is_asleep(&self) -> bool {
         let (mut path, mut text) = ([0; 64], [0; 512]);
@@ -45,10 +45,10 @@ impl Thread {
         state.is_none_or(|state| !matches!(state, b'R' | b'D'))
     }
 
-    /// Processor time that it used so far [ns]; None where the system does not say.
+    /// Processor time that it used so far [ns]; None where the system does not say, or it is over.
     pub(super) fn processor_time(&self) -> Option<u64> {
         let mut time = MaybeUninit::<libc::timespec>::zeroed();
-        // SAFETY: the clock belongs to a thread that lives: see `Resident`; the answer is plain data.
+        // SAFETY: a number, for which the kernel looks for a thread; the answer is plain data.
         let time = unsafe {
             if libc::clock_gettime(self.clock?, time.as_mut_ptr()) != 0 {
                 return None;
@@ -58,10 +58,11 @@ impl Thread {
         Some(time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64)
     }
 
-    /// Interrupts it where it waits in the system.
+    /// Interrupts it where it waits in the system. Nothing happens where it is over: `pthread_kill` would read
+    /// its memory, which is gone once it is joined.
     pub(super) fn nudge(&self) {
-        // SAFETY: the thread lives: see `Resident`. The signal's handler is in place.
-        unsafe { libc::pthread_kill(self.id, signals::NUDGE) };
+        // SAFETY: numbers; a thread of this process alone can get the signal, whose handler is in place.
+        unsafe { libc::syscall(libc::SYS_tgkill, libc::getpid(), self.task, signals::NUDGE) };
     }
 }
 
@@ -151,14 +152,13 @@ impl Resident {
         let (lowest, size) = own_stack();
         STACK.set(lowest);
         STACK_END.set(lowest + size);
-        // SAFETY: asks for the calling thread only.
-        let id = unsafe { libc::pthread_self() };
         let mut clock = 0;
-        // SAFETY: as above; the answer is a number.
-        let clock = (unsafe { libc::pthread_getcpuclockid(id, &mut clock) } == 0).then_some(clock);
+        // SAFETY: asks for the calling thread only; the answer is a number.
+        let asked = unsafe { libc::pthread_getcpuclockid(libc::pthread_self(), &mut clock) };
+        let clock = (asked == 0).then_some(clock);
         // SAFETY: as above.
         let task = unsafe { libc::syscall(libc::SYS_gettid) };
-        fate.threads().push(Thread { id, task, clock });
+        fate.threads().push(Thread { task, clock });
         // SAFETY: nobody but a plugin would cancel a thread of the host's.
         unsafe { pthread_setcancelstate(CANCEL_DISABLE, ptr::null_mut()) };
         Self { fate: fate.clone(), stack: handler_stack() }
@@ -182,7 +182,7 @@ impl Drop for Resident {
                 libc::munmap(memory, size);
             }
         }
-        // The thread stays in the generation's list until it is joined: the watchdog looks at its end, too.
+        // The thread stays in the generation's list until all are joined: the watchdog looks at its end, too.
         ending::begin(&self.fate);
     }
 }
