@@ -15,7 +15,7 @@ use std::{
 };
 
 use super::{
-    guard::{self, Fate, Fault, Name, Resident, Watch},
+    guard::{self, Called, Fate, Fault, Resident, Watch},
     health::Health,
     pool::{self, Pool, STACK},
 };
@@ -30,8 +30,8 @@ pub struct Generation {
     control_thread: Option<JoinHandle<()>>,
     control_id: ThreadId,
     pool: Arc<Pool>,
-    /// Of the plugin that is called first, for the program's last words.
-    name: OnceLock<&'static Name>,
+    /// For the program's last words.
+    called: Called,
 }
 
 /// A task of [`Generation::run`] on its way to the control thread.
@@ -83,9 +83,9 @@ impl Generation {
             })?
         };
         let control_id = thread.thread().id();
-        let quarantine = OnceLock::new();
-        let (control_thread, name) = (Some(thread), OnceLock::new());
-        Ok(Self { fate, quarantine, control, control_thread, control_id, pool, name })
+        let (quarantine, called) = (OnceLock::new(), Called::default());
+        let control_thread = Some(thread);
+        Ok(Self { fate, quarantine, control, control_thread, control_id, pool, called })
     }
 
     /// Number of the generation; never used again.
@@ -168,9 +168,7 @@ impl Generation {
             return Err(message.clone());
         }
         let watch = Watch::of(call);
-        if watch == Watch::Step {
-            guard::enters(self.name.get_or_init(|| guard::keep(plugin)));
-        }
+        self.called.enters(plugin);
         let outcome = self.run(|| {
             if watch != Watch::Step {
                 guard::put_in_place();
@@ -287,6 +285,7 @@ impl Generation {
         destructors: impl FnOnce() + Send + 'static,
     ) -> Result<(), String> {
         const CALL: &str = "unload";
+        self.called.enters(library);
         let ended = self.join().and_then(|()| {
             let (fate, library) = (self.fate.clone(), library.to_owned());
             let (tell, told) = mpsc::sync_channel(1);

@@ -2,6 +2,8 @@
 //! run them with its lock held, which no guard may leave; so the copy that is loaded does not tell it of
 //! them, and the host runs them itself.
 
+use std::{ptr, sync::atomic::AtomicPtr};
+
 use object::{
     NativeEndian, elf,
     read::elf::{Dyn, FileHeader, ProgramHeader},
@@ -40,8 +42,14 @@ fn environment() -> *const *const u8 {
     #[cfg(unix)]
     let environment = unsafe { environ };
     #[cfg(not(unix))]
-    let environment = std::ptr::null();
+    let environment = ptr::null();
     environment
+}
+
+/// No arguments, as the C library hands them to constructors: whoever keeps them finds them there for ever.
+fn arguments() -> *const *const u8 {
+    static END: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
+    END.as_ptr().cast_const().cast()
 }
 
 impl Life {
@@ -90,11 +98,10 @@ impl Life {
     /// The library of which this was read is loaded at `base`, without its tags, and its constructors did not
     /// run.
     pub(super) unsafe fn begin(&self, base: usize) {
-        let arguments: [*const u8; 1] = [std::ptr::null()];
         let run = |function: usize| {
             // SAFETY: the caller's promise: a constructor of the library, which is called as the C library
             // calls it. If the file lied, the guard around this takes the fault.
-            unsafe { std::mem::transmute::<usize, Init>(function)(0, arguments.as_ptr(), environment()) };
+            unsafe { std::mem::transmute::<usize, Init>(function)(0, arguments(), environment()) };
         };
         if self.init != 0 {
             run(base.wrapping_add(self.init as usize));
@@ -143,7 +150,7 @@ pub(super) unsafe fn base(handle: *mut libc::c_void) -> Option<usize> {
     struct LinkMap {
         base: usize,
     }
-    let mut map: *const LinkMap = std::ptr::null();
+    let mut map: *const LinkMap = ptr::null();
     // SAFETY: the caller's promise; the answer is a pointer to the loader's own description, which lives as
     // long as the handle.
     unsafe {

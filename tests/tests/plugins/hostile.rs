@@ -171,6 +171,13 @@ fn a_known_plugin_that_cannot_be_loaded_is_told_with_its_reason() {
 }
 
 #[test]
+fn what_a_constructor_was_handed_is_there_as_long_as_the_library() {
+    let Some(sound) = sound() else { return };
+    let Some(met) = sim("kept@arguments") else { return };
+    assert_eq!((met.code, hash(&met)), (Some(0), Some(sound)), "{}", met.text);
+}
+
+#[test]
 fn what_a_plugin_writes_to_its_input_reaches_nobody_else() {
     let Some(sound) = sound() else { return };
     for wish in ["flow@input", "camera@input", "water@input"] {
@@ -213,6 +220,24 @@ fn a_program_whose_memory_is_spoilt_names_the_last_plugin_as_it_ends() {
         met.text.contains("the last plugin that ran is `fixture.hostile`, which may have written over");
     assert!(met.code.is_some() || named, "{}", met.text);
     assert!(met.text.contains("fixture.hostile") || met.code == Some(0), "{}", met.text);
+}
+
+#[test]
+fn a_program_that_a_plugins_own_thread_ends_names_the_one_that_was_called() {
+    if sound().is_none() {
+        return;
+    }
+    for (wish, who) in [
+        ("fault_apart@constructor", "libhostile.so"),
+        ("fault_apart@create", "fixture.hostile"),
+        ("fault_apart@step", "fixture.hostile"),
+        ("fault_apart@save", "fixture.hostile"),
+        ("fault_apart@destructor", "libhostile.so"),
+    ] {
+        let Some(met) = sim(wish) else { return };
+        let told = format!("the last plugin that ran is `{who}`");
+        assert!(met.code.is_none() && met.text.contains(&told), "{wish}: {}", met.text);
+    }
 }
 
 #[test]

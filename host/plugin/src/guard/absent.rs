@@ -81,17 +81,14 @@ pub(crate) fn leave(_: Fault) -> ! {
     std::process::abort()
 }
 
-/// A plugin's name.
-#[derive(Debug)]
-pub(crate) struct Name;
+/// Whom a generation called last.
+#[derive(Debug, Default)]
+pub(crate) struct Called;
 
-/// The kept name of a plugin.
-pub(crate) fn keep(_: &str) -> &'static Name {
-    &Name
+impl Called {
+    /// The code of this plugin is about to run.
+    pub(crate) fn enters(&self, _: &str) {}
 }
-
-/// This plugin's code is about to run.
-pub(crate) fn enters(_: &'static Name) {}
 
 /// A service was called with a context that is none.
 pub(crate) fn leave_foreign(_: &'static str) {}

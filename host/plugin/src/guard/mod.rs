@@ -27,6 +27,6 @@ pub use limits::{Limits, limits, offer_patience, set_limits};
 #[cfg(target_os = "linux")]
 pub use machine::ever_taken;
 pub(crate) use machine::{
-    Name, Resident, Text, enters, guarded, join, keep, leave, leave_foreign, probe_read, probe_write,
-    put_back, put_back_jobs, put_in_place, require_stack,
+    Called, Resident, Text, guarded, join, leave, leave_foreign, probe_read, probe_write, put_back,
+    put_back_jobs, put_in_place, require_stack,
 };

@@ -11,16 +11,17 @@ use std::{
 
 use super::describe;
 
-/// A plugin's name, kept for ever.
+/// The name of a plugin, or of a library's file, kept for ever.
 #[derive(Debug)]
-pub(crate) struct Name(String);
+struct Name(String);
 
 /// Each name once: a library that is loaded again brings no other.
 static NAMES: Mutex<Vec<&'static Name>> = Mutex::new(Vec::new());
 static LAST: AtomicPtr<Name> = AtomicPtr::new(ptr::null_mut());
 
 /// The kept name of a plugin.
-pub(crate) fn keep(plugin: &str) -> &'static Name {
+#[cold]
+fn keep(plugin: &str) -> &'static Name {
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(name) = names.iter().find(|name| name.0 == plugin) {
         return name;
@@ -30,16 +31,33 @@ pub(crate) fn keep(plugin: &str) -> &'static Name {
     name
 }
 
-/// This plugin's code is about to run.
-#[inline]
-pub(crate) fn enters(name: &'static Name) {
-    LAST.store(ptr::from_ref(name).cast_mut(), Ordering::Relaxed);
+/// Whom a generation called last.
+#[derive(Debug, Default)]
+pub(crate) struct Called(AtomicPtr<Name>);
+
+impl Called {
+    /// The code of this plugin is about to run. Costs a comparison where it ran before.
+    #[inline]
+    pub(crate) fn enters(&self, plugin: &str) {
+        let mut name = self.0.load(Ordering::Acquire);
+        if !is(name, plugin) {
+            name = ptr::from_ref(keep(plugin)).cast_mut();
+            self.0.store(name, Ordering::Release);
+        }
+        LAST.store(name, Ordering::Release);
+    }
+}
+
+/// Is this the name of that plugin? NULL is none's.
+fn is(name: *const Name, plugin: &str) -> bool {
+    // SAFETY: NULL, or a name that is kept for ever.
+    unsafe { name.as_ref() }.is_some_and(|name| name.0 == plugin)
 }
 
 /// Says once which plugin ran last, where one did. For a signal handler.
 pub(super) fn say(signal: i32) {
     static SAID: AtomicBool = AtomicBool::new(false);
-    let last = LAST.load(Ordering::Relaxed);
+    let last = LAST.load(Ordering::Acquire);
     if last.is_null() || SAID.swap(true, Ordering::Relaxed) {
         return;
     }
@@ -54,5 +72,21 @@ pub(super) fn say(signal: i32) {
     ] {
         // SAFETY: the bytes of a text. If nobody listens, nobody hears.
         unsafe { libc::write(libc::STDERR_FILENO, part.as_ptr().cast(), part.len()) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_is_called_is_named_not_whoever_was_called_first() {
+        let called = Called::default();
+        for plugin in ["a.first", "a.second", "a.second", "a.first"] {
+            called.enters(plugin);
+            assert!(is(called.0.load(Ordering::Acquire), plugin), "{plugin}");
+        }
+        let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        assert_eq!(names.iter().filter(|name| name.0 == "a.second").count(), 1);
     }
 }
