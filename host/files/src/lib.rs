@@ -1,7 +1,9 @@
 //! Files that others hold: results, written beside their place and put there when they are whole, so that
-//! nobody ever finds half of one; and in [`bounded`] what is read, up to a limit.
+//! nobody ever finds half of one; in [`bounded`] what is read, up to a limit; in [`cache`] what another run
+//! may find.
 
 pub mod bounded;
+pub mod cache;
 mod folder;
 mod left;
 mod place;
@@ -22,15 +24,6 @@ pub use left::remove_at_signals;
 use left::{Mark, marked, undisturbed};
 pub use place::beside;
 use place::{Place, builder, put, told};
-
-/// The user's cache folder for Reef.
-pub fn cache_folder() -> Option<PathBuf> {
-    let absolute =
-        |name| std::env::var_os(name).map(PathBuf::from).filter(|path: &PathBuf| path.is_absolute());
-    absolute("XDG_CACHE_HOME")
-        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-        .map(|c| c.join("reef"))
-}
 
 /// Why a file could not be written.
 #[derive(Debug, Error)]

@@ -46,7 +46,7 @@ impl GpuOptions {
             device,
             validation,
             fault: if validation == Validation::Off { None } else { Fault::from_environment() },
-            cache_dir: reef_files::cache_folder(),
+            cache_dir: reef_files::cache::folder(),
         }
     }
 }

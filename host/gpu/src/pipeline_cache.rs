@@ -1,12 +1,9 @@
 //! Compiled pipelines, kept on disk between runs.
 
-use std::{
-    io::Write,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use ash::vk;
-use reef_files::bounded;
+use reef_files::{bounded, cache};
 
 use super::{device::DeviceInfo, instance::Instance};
 
@@ -59,7 +56,7 @@ impl PipelineCache {
             // SAFETY: the cache is alive and no pipeline is being made.
             match unsafe { device.get_pipeline_cache_data(self.raw) } {
                 Ok(data) => {
-                    if let Err(error) = write(file, &data) {
+                    if let Err(error) = cache::keep(file, &data) {
                         tracing::warn!("{}: the pipeline cache was not kept: {error}", file.display());
                     }
                 }
@@ -73,16 +70,6 @@ impl PipelineCache {
 
 fn read(file: &Path) -> Option<Vec<u8>> {
     bounded::read(file, MOST_BYTES).ok()
-}
-
-/// Beside the file first, then in its place: whoever reads sees the old or the new one.
-fn write(file: &Path, data: &[u8]) -> std::io::Result<()> {
-    let folder = file.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
-    beside.write_all(data)?;
-    beside.persist(file).map_err(|error| error.error)?;
-    Ok(())
 }
 
 /// Whether data begins with the header of version one, of this vendor, device and driver.
@@ -133,19 +120,8 @@ mod tests {
         std::os::unix::fs::symlink("/dev/zero", &zero).expect("a link");
         for file in [&pipe, &zero] {
             assert_eq!(read(file), None, "{}", file.display());
-            write(file, &[5]).expect("replaced");
+            cache::keep(file, &[5]).expect("replaced");
             assert_eq!(read(file), Some(vec![5]));
         }
-    }
-
-    #[test]
-    fn a_cache_is_written_whole_into_a_folder_that_did_not_exist() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let file = folder.path().join("new/cache.bin");
-        write(&file, &[1, 2, 3]).expect("written");
-        write(&file, &[4]).expect("replaced");
-        assert_eq!(read(&file), Some(vec![4]));
-        let left: Vec<_> = std::fs::read_dir(folder.path().join("new")).expect("listed").collect();
-        assert_eq!(left.len(), 1, "no temporary file stays");
     }
 }

@@ -25,7 +25,7 @@ use super::{
     recorder::Recorder,
     services::{Figure, Services},
     streams::Outputs,
-    tag::Tag,
+    tag::{self, Tag, Tagged},
 };
 
 /// Largest state of one instance [bytes].
@@ -519,12 +519,15 @@ pub(super) struct Sink {
     pub(super) tag: Tag,
 }
 
+impl Tagged for Sink {
+    const AT: usize = std::mem::offset_of!(Self, tag);
+}
+
 pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
     guard::require_stack();
     let sink = ctx.cast::<Sink>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
-    // plugin's code, by the marker.
-    if sink.is_null() || !sink.is_aligned() || unsafe { !(*sink).tag.is_set() } {
+    // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
+    if unsafe { !tag::is_ours(sink) } {
         guard::leave_foreign("write");
         return abi::BAD_INPUT;
     }
@@ -558,11 +561,14 @@ pub(super) struct Source<'a> {
     pub(super) tag: Tag,
 }
 
+impl Tagged for Source<'_> {
+    const AT: usize = std::mem::offset_of!(Self, tag);
+}
+
 pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
     let source = ctx.cast::<Source<'_>>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
-    // plugin's code, by the marker.
-    if source.is_null() || !source.is_aligned() || unsafe { !(*source).tag.is_set() } {
+    // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
+    if unsafe { !tag::is_ours(source) } {
         guard::leave_foreign("read");
         return 0;
     }

@@ -16,7 +16,7 @@ use super::{
     meshes::MeshList,
     names::version_text,
     streams::{Lane, Outputs, Retained, STREAMS, Stream, check},
-    tag::Tag,
+    tag::{self, Tag, Tagged},
     textures::TextureList,
 };
 
@@ -58,6 +58,10 @@ pub(crate) struct Recorder {
     checker: check::Checker,
     /// Set while a step runs.
     tag: Tag,
+}
+
+impl Tagged for Recorder {
+    const AT: usize = std::mem::offset_of!(Self, tag);
 }
 
 impl Recorder {
@@ -260,9 +264,8 @@ unsafe fn recorder<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a mu
         return None; // A job, or a thread of the plugin's own: others may be in here.
     }
     let recorder = ctx.cast::<Recorder>();
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
-    // plugin's code, by the marker.
-    if !recorder.is_aligned() || recorder.is_null() || unsafe { !(*recorder).tag.is_set() } {
+    // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
+    if unsafe { !tag::is_ours(recorder) } {
         guard::leave_foreign(service);
         return None;
     }

@@ -221,8 +221,9 @@ impl Registry {
         result
     }
 
-    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new. What
-    /// was dormant in that library, or under these ids, is not loaded any more. Returns the former ones: whoever drops the last of a library waits until it is closed.
+    /// Puts a library's newer plugins in the place of those with the same ids, and adds those that are new.
+    /// What was dormant in that library, or under these ids, is not loaded any more. Returns the former ones:
+    /// whoever drops the last of a library waits until it is closed.
     pub fn replace(&mut self, plugins: &[Plugin]) -> Vec<Plugin> {
         self.absorb();
         self.dormant.retain(|dormant| {

@@ -22,7 +22,7 @@ use super::{
     pool::{self, Pool},
     retained::{self, Refused, Retained, Store},
     scratch::{LIMIT, Scratch},
-    tag::Tag,
+    tag::{self, Tag, Tagged},
     textures::{TextureList, Textures, Wanted},
 };
 
@@ -87,6 +87,10 @@ struct SteppedField {
 unsafe impl Send for Services {}
 // SAFETY: as above.
 unsafe impl Sync for Services {}
+
+impl Tagged for Services {
+    const AT: usize = std::mem::offset_of!(Self, tag);
+}
 
 impl Services {
     /// Services for the `open` of a library with this name.
@@ -340,9 +344,8 @@ unsafe fn services<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a Se
     if services.is_null() {
         return None;
     }
-    // SAFETY: only the mark is read until it is found; a pointer that leads nowhere is a fault of the
-    // plugin's code, by the marker.
-    if !services.is_aligned() || unsafe { !(*services).tag.is_set() } {
+    // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
+    if unsafe { !tag::is_ours(services) } {
         guard::leave_foreign(service);
         return None;
     }

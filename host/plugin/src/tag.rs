@@ -37,6 +37,22 @@ impl Drop for Tag {
     }
 }
 
+/// What the host hands out as a context, marked.
+pub(crate) trait Tagged {
+    /// Where the mark is in it [bytes].
+    const AT: usize;
+}
+
+/// Is this a context of this kind that the host handed out?
+///
+/// # Safety
+/// NULL, misaligned, or memory that can be read: only the mark is read. Where that is not so, whoever calls it
+/// is at fault by the marker.
+pub(crate) unsafe fn is_ours<T: Tagged>(context: *const T) -> bool {
+    // SAFETY: the caller's promise.
+    !context.is_null() && context.is_aligned() && unsafe { (*context.byte_add(T::AT).cast::<Tag>()).is_set() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -50,5 +66,25 @@ mod tests {
         assert!(here.is_set() && !there.is_set());
         here.clear();
         assert!(!here.is_set());
+    }
+
+    #[test]
+    fn a_context_is_known_by_its_mark_and_whatever_else_is_none() {
+        #[derive(Default)]
+        struct Context {
+            before: u64,
+            tag: Tag,
+        }
+        impl Tagged for Context {
+            const AT: usize = std::mem::offset_of!(Self, tag);
+        }
+        let context = Box::new(Context::default());
+        let here: *const Context = &raw const *context;
+        // SAFETY: NULL, misaligned, or the context itself.
+        let ours = |p: *const Context| unsafe { is_ours(p) };
+        assert!(!ours(here));
+        context.tag.set();
+        assert!(ours(here) && !ours(std::ptr::null()) && !ours(here.wrapping_byte_add(1)));
+        assert_eq!(context.before, 0);
     }
 }

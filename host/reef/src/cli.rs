@@ -69,7 +69,7 @@ fn limits(command: Option<&Command>, patience: Option<Duration>) -> Option<Limit
 }
 
 /// Builds that nobody knows are loaded by another process first; the checker has processes of its own.
-fn offer_probe(command: Option<&Command>) {
+fn offer_probe(command: Option<&Command>, patience: Option<Duration>) {
     #[cfg(target_os = "linux")]
     if matches!(command, Some(Command::Plugin(args)) if matches!(args.command, headless::plugins::Command::Check(_)))
     {
@@ -79,8 +79,8 @@ fn offer_probe(command: Option<&Command>) {
         return;
     }
     if let Ok(program) = std::env::current_exe() {
-        let known = reef_files::cache_folder().map(|folder| folder.join("plugins"));
-        probe::offer(probe::Probe { program, known });
+        let known = reef_files::cache::folder().map(|folder| folder.join("plugins"));
+        probe::offer(probe::Probe { program, known, patience });
     }
 }
 
@@ -96,11 +96,15 @@ pub fn main() -> ExitCode {
     if let Some(Command::Plugin(headless::plugins::Args { command: headless::plugins::Command::Probe })) =
         &cli.command
     {
+        if let Some(patience) = cli.common.patience {
+            set_limits(Limits::default().with_patience(patience));
+        }
+        offer_patience();
         // Before anything starts a thread.
         probe::serve();
     }
     reef_report::log::init();
-    offer_probe(cli.command.as_ref());
+    offer_probe(cli.command.as_ref(), cli.common.patience);
     if let Err(error) = reef_files::remove_at_signals() {
         tracing::warn!("a signal may leave files named .reef-*.part: {error}");
     }

@@ -23,7 +23,7 @@ fn child_that_replaces() {
     if child::task().is_none() {
         return;
     }
-    probe::offer(Probe { program: artifacts().reef().to_owned(), known: None });
+    probe::offer(Probe { program: artifacts().reef().to_owned(), known: None, patience: None });
     let folder = tempfile::tempdir().unwrap();
     let library = folder.path().join(format!("libkelp{}", std::env::consts::DLL_SUFFIX));
     fs::copy(artifacts().plugin("reef_example_rust"), &library).unwrap();

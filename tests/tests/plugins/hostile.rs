@@ -159,6 +159,22 @@ fn constructors_that_are_at_fault_refuse_the_library_and_hold_nothing_up() {
 }
 
 #[test]
+fn the_process_that_tries_builds_has_the_patience_of_the_command_line() {
+    let Some(folder) = folder() else { return };
+    // Nobody knows the build there.
+    let cache = tempfile::tempdir().expect("a folder");
+    let list = |arguments: &[&str]| meet_in(folder, cache.path(), "busy@constructor", arguments);
+    let met = list(&["plugin", "list"]);
+    assert_eq!(met.code, Some(2), "{}", met.text);
+    assert!(met.text.contains("it did not end 2000 ms after it began"), "{}", met.text);
+    assert!(met.text.contains("--patience"), "{}", met.text);
+    let scene = workspace().join("tests/fixtures/hostile/hostile.toml");
+    let scene = scene.to_string_lossy();
+    let met = list(&["sim", &scene, "--steps", "1", "--patience", "10"]);
+    assert_eq!(met.code, Some(0), "{}", met.text);
+}
+
+#[test]
 fn a_known_plugin_that_cannot_be_loaded_is_told_with_its_reason() {
     if sound().is_none() {
         return;

@@ -2,14 +2,14 @@
 //! the ids of its plugins.
 
 use std::{
-    fs::{self, File},
-    io::{Read, Write},
+    fs,
     path::Path,
     sync::atomic::{AtomicU32, Ordering},
     time::SystemTime,
 };
 
 use reef_abi as abi;
+use reef_files::{bounded, cache};
 
 use crate::image::Image;
 
@@ -34,8 +34,7 @@ pub(super) fn hash(image: &Image<'_>) -> String {
 
 /// The ids of a known build's plugins.
 pub(super) fn recall(folder: &Path, hash: &str) -> Option<Vec<String>> {
-    let mut text = String::new();
-    File::open(folder.join(hash)).ok()?.take(LONGEST).read_to_string(&mut text).ok()?;
+    let text = bounded::read_text(&folder.join(hash), LONGEST).ok()?;
     let mut lines = text.lines();
     // A note that was cut has no end.
     (lines.next_back()? == "end").then(|| lines.map(str::to_owned).collect())
@@ -45,14 +44,7 @@ pub(super) fn recall(folder: &Path, hash: &str) -> Option<Vec<String>> {
 pub(super) fn remember(folder: &Path, hash: &str, plugins: &[String]) {
     let text: String =
         plugins.iter().map(String::as_str).chain(["end"]).map(|line| format!("{line}\n")).collect();
-    let written = fs::create_dir_all(folder).and_then(|()| tempfile::NamedTempFile::new_in(folder)).and_then(
-        |mut file| {
-            file.write_all(text.as_bytes())?;
-            file.persist(folder.join(hash))?;
-            Ok(())
-        },
-    );
-    match written {
+    match cache::keep(&folder.join(hash), text.as_bytes()) {
         Ok(()) => forget(folder),
         Err(error) => tracing::debug!("{}: known builds are not noted: {error}", folder.display()),
     }

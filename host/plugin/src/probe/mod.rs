@@ -8,7 +8,10 @@ mod serve;
 #[cfg(target_os = "linux")]
 mod server;
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use super::{
     error::Refusal,
@@ -26,6 +29,8 @@ pub struct Probe {
     pub program: PathBuf,
     /// Where known builds are noted; None: nowhere.
     pub known: Option<PathBuf>,
+    /// How long a call of theirs may take, where the command line says so.
+    pub patience: Option<Duration>,
 }
 
 /// What is known of a build.

@@ -14,13 +14,21 @@ use std::{
 };
 
 use super::{Verdict, known, server};
-use crate::{inspect, library::Library};
+use crate::{
+    guard::{Limits, limits},
+    inspect,
+    library::Library,
+};
 
-/// How long a child may take: its own watchdog stops a library's code long before.
-const LIMIT: Duration = Duration::from_secs(40);
-/// The most memory that it may map [bytes], and processor time that it may use [s].
+/// How long a child may take, in limits of a call, of which it makes several: its own watchdog stops a
+/// library's code long before.
+const LIMITS: u32 = 20;
+/// The processor time that it may use, in the same.
+const PROCESSOR: u32 = 10;
+/// A limit, where calls have none.
+const LONG: Duration = Duration::from_secs(24 * 3600);
+/// The most memory that it may map [bytes].
 const MEMORY: u64 = 16 << 30;
-const PROCESSOR: u64 = 20;
 /// What an answer ends with.
 const END: u8 = b'\n';
 /// An answer is no longer than this [bytes].
@@ -46,6 +54,12 @@ pub fn serve() -> ! {
     }
     // SAFETY: nothing is left to be done.
     unsafe { libc::_exit(0) }
+}
+
+/// How long one call of a library may take.
+fn limit() -> Duration {
+    let limit = limits().other;
+    if limit.is_zero() { LONG } else { limit.clamp(Limits::default().other, LONG) }
 }
 
 fn refused(reason: String) -> Verdict {
@@ -85,7 +99,10 @@ fn try_apart(what: u8, path: &Path, tell: &mut dyn FnMut(&Verdict) -> bool) -> b
 /// Why a child gave no answer.
 fn unanswered(in_time: bool, status: i32) -> String {
     if !in_time {
-        return format!("its load did not end within {} s, in a process of its own", LIMIT.as_secs());
+        return format!(
+            "its load did not end within {} s, in a process of its own",
+            (LIMITS * limit()).as_secs()
+        );
     }
     let how = match libc::WIFSIGNALED(status) {
         true => format!("was ended by signal {}", libc::WTERMSIG(status)),
@@ -137,7 +154,7 @@ fn bound() {
     };
     limit(libc::RLIMIT_CORE, 0);
     limit(libc::RLIMIT_AS, MEMORY);
-    limit(libc::RLIMIT_CPU, PROCESSOR);
+    limit(libc::RLIMIT_CPU, (PROCESSOR * self::limit()).as_secs());
     // SAFETY: the process leads a group of its own, which ends with its parent; its files are this process's
     // own.
     unsafe {
@@ -163,13 +180,13 @@ fn pipe() -> io::Result<[OwnedFd; 2]> {
 
 /// All that is said until its end, or until nobody can say more; None: that takes too long.
 fn listen(mut answer: File) -> Option<Vec<u8>> {
-    let end = Instant::now() + LIMIT;
+    let end = Instant::now() + LIMITS * limit();
     let mut said = Vec::new();
     loop {
         let rest = end.saturating_duration_since(Instant::now());
         let mut poll = libc::pollfd { fd: answer.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         // SAFETY: one file, which is open.
-        match unsafe { libc::poll(&mut poll, 1, rest.as_millis() as i32) } {
+        match unsafe { libc::poll(&mut poll, 1, i32::try_from(rest.as_millis()).unwrap_or(i32::MAX)) } {
             0 => return None,
             1 => {}
             _ => continue,

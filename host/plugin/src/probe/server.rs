@@ -69,8 +69,10 @@ pub(super) fn ask(probe: &Probe, what: u8, path: &Path) -> Option<Verdict> {
 
 impl Server {
     fn start(probe: &Probe) -> io::Result<Self> {
+        let patience = probe.patience.map(|patience| patience.as_secs_f64().to_string());
         let mut child = Command::new(&probe.program)
             .args(["plugin", "probe"])
+            .args(patience.iter().flat_map(|seconds| ["--patience", seconds]))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

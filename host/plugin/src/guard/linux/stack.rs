@@ -29,8 +29,8 @@ pub(crate) struct Thread {
 
 impl Thread {
     /// Does it wait in the system, where a signal reaches it? One that could go on, and has no processor,
-    /// does not. Also where the system does not say, or it is over. Allocates nothing: whoever holds the lock of the memory
-    /// may be what is asked about.
+    /// does not. Also where the system does not say, or it is over. Allocates nothing: whoever holds the lock
+    /// of the memory may be what is asked about.
     pub(super) fn is_asleep(&self) -> bool {
         let (mut path, mut text) = ([0; 64], [0; 512]);
         let mut rest = &mut path[..];
