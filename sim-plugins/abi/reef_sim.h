@@ -23,11 +23,20 @@
  * No plugin code, constructors included, ever runs on the program's main thread. Plugins never start threads.
  *
  * How the contract grows
- *   Singletons      (reef_entry, reef_host, reef_descriptor, reef_instance, reef_step, reef_output, reef_writer,
- *                   reef_reader) begin with `uint32_t size` and only ever get fields appended. A reader takes
- *                   min(size, sizeof) bytes and treats the rest as zero; a writer never writes past the caller's size.
- *   Array elements  (everything else) are frozen; their `spare` fields are zero. A new layout is a new stream id.
+ *   Singletons      (reef_host, reef_descriptor, reef_instance, reef_step, reef_output, reef_writer, reef_reader) begin with
+ *                   `uint32_t size` and only ever get fields appended. A reader takes min(size, sizeof) bytes and treats the
+ *                   rest as zero; a writer never writes past the caller's size. REEF_HAS says whether a field is there.
+ *                   reef_entry is one, too, but begins with the magic number by which it is known.
+ *   Array elements  (everything else) are frozen. A new layout is a new stream id.
+ *   Spare fields    of everything are zero, and so is a `flags` in which no bit has a meaning: the host refuses what is not.
+ *   Constants       A flag, kind, pattern, format or stream of version x.y is used where host->version is x.y or more. Whoever
+ *                   reads skips kinds and ignores flags that it does not know; the host says once that it met one. A service
+ *                   that does not know what it is asked for answers REEF_UNSUPPORTED, and the step goes on.
+ *   Flags           Bits 0 to 7 mean the same in every `flags`; those of one struct alone begin at bit 8 (256).
  *   While the major version is 0, REEF_HEADER_HASH must match, too: any difference is refused by name.
+ *
+ * Before it is included, REEF_EXPORT may be defined, and REEF_NO_ASSERTS leaves the assertions of layouts out: for translators
+ * to other languages.
  */
 #ifndef REEF_SIM_H
 #define REEF_SIM_H
@@ -40,14 +49,15 @@ extern "C" {
 #endif
 
 /* "REEFSIM\0", read as a little-endian integer. */
-#define REEF_MAGIC UINT64_C(0x004d495346454552)
+#define REEF_MAGIC 0x004d495346454552ull
 #define REEF_VERSION_MAJOR 0u
 #define REEF_VERSION_MINOR 2u
-#define REEF_VERSION ((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)
+#define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH UINT64_C(0x0d3212f250b54ff6)
+#define REEF_HEADER_HASH 0x0a761bed800ccd37ull
 
-#if defined(_WIN32)
+#if defined(REEF_EXPORT)
+#elif defined(_WIN32)
 #define REEF_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)
 #define REEF_EXPORT __attribute__((visibility("default")))
@@ -55,17 +65,22 @@ extern "C" {
 #define REEF_EXPORT
 #endif
 
+/* Whether the other side filled the field of a singleton that `table` points to: REEF_HAS(host, figure). What is not there is not
+ * read. A service that is there may still be NULL where this contract says [opt]. */
+#define REEF_HAS(table, field) \
+  ((table)->size >= (uint32_t)((const char *)&(table)->field - (const char *)(table)) + (uint32_t)sizeof((table)->field))
+
 /* ------------------------------------------------------------------------------------------------ status values
  * Each says in what state the instance is left. Every failure carries a message: call reef_host.set_error first. */
 #define REEF_OK 0           /* done; the outputs count */
 #define REEF_SLEEP 1        /* nothing changed since the last step: the last outputs stay, flow and actors included */
 #define REEF_DISCARD 2      /* this step is refused, the state is untouched; the last good outputs stay */
-#define REEF_ERROR (-1)     /* the instance needs reset() or load_state() */
-#define REEF_FATAL (-2)     /* the library is at fault: the host rolls it back (a caught panic, say) */
-#define REEF_UNSUPPORTED (-3)
-#define REEF_BAD_STATE (-4) /* load_state: not readable; the instance is untouched */
-#define REEF_NO_SPACE (-5)  /* a limit of the host is reached; the message names it */
-#define REEF_BAD_INPUT (-6) /* create: the configuration is wrong; the message names the JSON path */
+#define REEF_ERROR -1       /* the instance needs reset() or load_state() */
+#define REEF_FATAL -2       /* the library is at fault: the host rolls it back (a caught panic, say) */
+#define REEF_UNSUPPORTED -3 /* not known to this host, or not taken by it; nothing came of the call, and the step goes on */
+#define REEF_BAD_STATE -4 /* load_state: not readable; the instance is untouched */
+#define REEF_NO_SPACE -5  /* a limit of the host is reached; the message names it */
+#define REEF_BAD_INPUT -6 /* create: the configuration is wrong; the message names the JSON path */
 
 #define REEF_LOG_ERROR 1u
 #define REEF_LOG_WARN 2u
@@ -97,7 +112,7 @@ extern "C" {
 #define REEF_STREAM_TRACE 13u      /* reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone */
 #define REEF_STREAM_COUNT 14u
 
-/* Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or wrapped). */
+/* Common bits of all flags (0 to 7): do not blend with the step before (it jumped or wrapped). */
 #define REEF_FLAG_NO_BLEND 1u
 
 /* One thing in the sea. The renderer matches objects of two steps by id. 64 bytes. */
@@ -135,8 +150,8 @@ typedef struct reef_material {
 } reef_material;
 
 /* A node chain, root first, skinned by the renderer as a generalised cylinder (the paper's §3.2). 64 bytes. */
-#define REEF_FIBRE_CAP 2u   /* flags: close the end with a disc that carries things (an anemone's mouth) */
-#define REEF_FIBRE_BLADE 4u /* flags: a flat blade, a radius wide to both sides along `normal`; `flatness`: thickness over width */
+#define REEF_FIBRE_CAP 256u   /* flags: close the end with a disc that carries things (an anemone's mouth) */
+#define REEF_FIBRE_BLADE 512u /* flags: a flat blade, a radius wide to both sides along `normal`; `flatness`: thickness over width */
 typedef struct reef_fibre {
   uint32_t object;      /* index into the object stream */
   uint32_t first_node;  /* index into the node stream */
@@ -190,7 +205,7 @@ typedef struct reef_skinned {
 
 /* A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone: sprites have no
  * identity, and a step emits those that may be seen, in any order that is the same for every run. 64 bytes. */
-#define REEF_BILLBOARD_FACING 2u /* flags: turned to the viewer; else it lies across `axis` */
+#define REEF_BILLBOARD_FACING 256u /* flags: turned to the viewer; else it lies across `axis` */
 typedef struct reef_billboard {
   float position[3];    /* [m] at the end of the step, relative to the object's origin */
   float size;           /* [m] diameter > 0 */
@@ -284,17 +299,12 @@ typedef struct reef_debug_line {
 } reef_debug_line;
 
 /* 48 bytes. */
-#define REEF_TRACE_FIBRE 1u
-#define REEF_TRACE_SEAWEED 2u
-#define REEF_TRACE_FISH 3u
-#define REEF_TRACE_PARTICLE 4u
-#define REEF_TRACE_JELLYFISH 5u
 typedef struct reef_trace {
   uint64_t object;      /* number of the plant, animal or fibre in the recording, from 0 */
   double position[3];   /* [m] */
   float radius;         /* [m] */
   uint32_t node;
-  uint32_t kind;        /* REEF_TRACE_* */
+  uint32_t kind;        /* index into the descriptor's `traces` */
   uint32_t spare;
 } reef_trace;
 
@@ -359,9 +369,9 @@ typedef struct reef_event {
   uint32_t spare[4];
 } reef_event;
 
-#define REEF_STEP_TRIAL 1u  /* on the side, before a swap: outputs are checked and thrown away */
-#define REEF_STEP_TRACE 2u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
-#define REEF_STEP_DEBUG 4u  /* emit debug lines */
+#define REEF_STEP_TRIAL 256u  /* on the side, before a swap: outputs are checked and thrown away */
+#define REEF_STEP_TRACE 512u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
+#define REEF_STEP_DEBUG 1024u /* emit debug lines */
 typedef struct reef_step {
   uint32_t size;
   uint32_t flags;                      /* REEF_STEP_* */
@@ -508,7 +518,7 @@ typedef struct reef_host {
 #define REEF_PARAM_INT 2u
 #define REEF_PARAM_SWITCH 3u /* 0 or 1 */
 #define REEF_PARAM_CHOICE 4u /* 0 .. choice_count - 1 */
-#define REEF_PARAM_LOG 1u    /* flags: a logarithmic slider */
+#define REEF_PARAM_LOG 256u  /* flags: a logarithmic slider */
 typedef struct reef_param {
   uint32_t id;               /* stable for ever; not an index; not 0 */
   uint32_t kind;             /* REEF_PARAM_* */
@@ -584,6 +594,9 @@ typedef struct reef_descriptor {
    * `host` is this instance's own: valid until destroy() returned, or create() returned a failure.
    * [control] */
   int32_t (*create)(const reef_host *host, const char *config, uint64_t length, reef_instance *out);
+  const char *const *traces; /* [opt] what its traces are of, as recordings name it: "fibre", "fish"; lower_case_words */
+  uint32_t trace_count;      /* at most 16 */
+  uint32_t spare_traces;
 } reef_descriptor;
 
 typedef struct reef_entry {
@@ -604,6 +617,7 @@ typedef struct reef_entry {
  *   const reef_entry reef_sim_entry = { REEF_MAGIC, sizeof(reef_entry), REEF_VERSION, REEF_HEADER_HASH, ... }; */
 extern REEF_EXPORT const reef_entry reef_sim_entry;
 
+#ifndef REEF_NO_ASSERTS
 #ifdef __cplusplus
 #define REEF_ASSERT_LAYOUT(type, bytes, alignment) \
   static_assert(sizeof(type) == bytes && alignof(type) == alignment, "layout of " #type)
@@ -643,8 +657,9 @@ REEF_ASSERT_LAYOUT(reef_param, 104, 8);
 REEF_ASSERT_LAYOUT(reef_writer, 24, 8);
 REEF_ASSERT_LAYOUT(reef_reader, 24, 8);
 REEF_ASSERT_LAYOUT(reef_instance, 64, 8);
-REEF_ASSERT_LAYOUT(reef_descriptor, 88, 8);
+REEF_ASSERT_LAYOUT(reef_descriptor, 104, 8);
 REEF_ASSERT_LAYOUT(reef_entry, 56, 8);
+#endif /* REEF_NO_ASSERTS */
 
 #ifdef __cplusplus
 }

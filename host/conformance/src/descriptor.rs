@@ -9,7 +9,10 @@ use super::{
     verdict::{Not, Outcome, broken, must},
 };
 use reef_abi as abi;
-use reef_plugin::bare::survey::{Descriptor, Text};
+use reef_plugin::{
+    bare::survey::{Descriptor, Text},
+    info::MOST_TRACES,
+};
 
 const STRINGS: &str = "`const char *` alone is NUL-terminated and valid until close()";
 
@@ -21,6 +24,8 @@ pub(super) const SOUND: &[&str] = &[
     "descriptor-schema",
     "descriptor-states",
     "descriptor-create",
+    "descriptor-spare",
+    "descriptor-traces",
     "param-present",
     "param-id",
     "param-key",
@@ -30,6 +35,7 @@ pub(super) const SOUND: &[&str] = &[
     "param-choices",
     "param-log",
     "param-texts",
+    "param-spare",
 ];
 
 pub(super) const CHECKS: &[Check] = &[
@@ -118,10 +124,18 @@ pub(super) const CHECKS: &[Check] = &[
     Check {
         name: "descriptor-spare",
         about: "Flags and spare fields of descriptors are zero.",
-        rule: Header("their `spare` fields are zero"),
+        rule: Header("of everything are zero"),
         needs: &["descriptor-pointers"],
         of: Of::Library,
         run: spare,
+    },
+    Check {
+        name: "descriptor-traces",
+        about: "Traces have names of their own, which recordings can write.",
+        rule: Header("lower_case_words */ uint32_t trace_count; /* at most 16"),
+        needs: &["descriptor-pointers"],
+        of: Of::Library,
+        run: traces,
     },
     Check {
         name: "descriptor-constant",
@@ -257,8 +271,23 @@ fn create(subject: &Subject) -> Outcome {
 
 fn spare(subject: &Subject) -> Outcome {
     each(subject, |d| {
-        (d.flags != 0 || d.spare != 0)
-            .then(|| format!("its flags are {:#x} and its spare field is {:#x}", d.flags, d.spare))
+        (d.flags != 0 || d.spare != [0; 2])
+            .then(|| format!("its flags are {:#x} and its spare fields are {:?}", d.flags, d.spare))
+    })
+}
+
+fn traces(subject: &Subject) -> Outcome {
+    let word =
+        |text: &str| !text.is_empty() && text.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_'));
+    each(subject, |d| {
+        let Some(traces) = &d.traces else { return Some("its traces are NULL".into()) };
+        if d.trace_count > MOST_TRACES {
+            return Some(format!("its trace_count is {}, allowed is 0 to {MOST_TRACES}", d.trace_count));
+        }
+        let wrong = traces.iter().find(|name| !name.good().is_some_and(word));
+        let wrong = wrong.map(|name| format!("the trace {name:?} is no word of a-z, 0-9 and `_`"));
+        let twice = || (1..traces.len()).find(|at| traces[..*at].contains(&traces[*at]));
+        wrong.or_else(|| twice().map(|at| format!("two of its traces are {:?}", traces[at])))
     })
 }
 

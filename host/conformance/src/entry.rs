@@ -102,7 +102,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check {
         name: "entry-spare",
         about: "The entry's spare field is zero.",
-        rule: Header("their `spare` fields are zero"),
+        rule: Header("of everything are zero"),
         needs: &["entry-magic"],
         of: Of::Library,
         run: spare,
@@ -111,7 +111,7 @@ pub(super) const CHECKS: &[Check] = &[
 
 /// What every host must find there to call it.
 pub(super) const SOUND: &[&str] =
-    &["entry-symbol", "entry-magic", "entry-version", "entry-header", "entry-size"];
+    &["entry-symbol", "entry-magic", "entry-version", "entry-header", "entry-size", "entry-spare"];
 
 fn parse(subject: &Subject) -> Result<Parsed<'_>, Not> {
     Ok(inspect::parse(&subject.image)?)

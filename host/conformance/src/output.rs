@@ -6,7 +6,7 @@ use std::{
 };
 
 use reef_abi as abi;
-use reef_streams::{Outputs, STREAMS, Stream, Visit, check::Emitted};
+use reef_streams::{Outputs, STREAMS, Stream};
 
 use super::{
     sea::Sea,
@@ -23,7 +23,6 @@ pub(super) const CHECKS: &[Check] = &[
         "what the room holds at first is arbitrary, but initialised. [step]",
         written,
     ),
-    check("output-spare", "Spare fields of elements are zero.", "their `spare` fields are zero", spare),
     check(
         "output-ids",
         "Objects keep their ids from step to step.",
@@ -117,27 +116,6 @@ fn each(subject: &Subject, mut problem: impl FnMut(&Outputs) -> Option<String>) 
 fn first<T>(stream: &str, elements: &[T], wrong: impl Fn(&T) -> Option<String>) -> Option<String> {
     let (at, what) = elements.iter().enumerate().find_map(|(at, element)| Some((at, wrong(element)?)))?;
     Some(format!("stream {stream}, element {at}: {what}"))
-}
-
-/// Finds the first element whose spare is not zero.
-#[derive(Default)]
-struct Spare {
-    found: Option<String>,
-}
-
-impl Visit for Spare {
-    fn visit<T: Emitted>(&mut self, elements: &[T]) {
-        let says = |element: &T| (!element.spare_is_zero()).then(|| "its spare is not zero".to_owned());
-        self.found = self.found.take().or_else(|| first(Stream::of::<T>().name, elements, says));
-    }
-}
-
-fn spare(subject: &Subject) -> Outcome {
-    each(subject, |outputs| {
-        let mut spare = Spare::default();
-        outputs.show_all(&mut spare);
-        spare.found
-    })
 }
 
 fn ids(subject: &Subject) -> Outcome {

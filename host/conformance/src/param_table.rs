@@ -45,7 +45,7 @@ pub(super) const CHECKS: &[Check] = &[
     ),
     check("param-log", "A logarithmic slider has a range above 0.", "flags: a logarithmic slider", log),
     check("param-texts", "Label and help say something; group and unit are there.", "one sentence", texts),
-    check("param-spare", "Spare fields of parameters are zero.", "their `spare` fields are zero", spare),
+    check("param-spare", "Spare fields of parameters are zero.", "of everything are zero", spare),
 ];
 
 const fn check(

@@ -14,6 +14,8 @@ const LONGEST: usize = 4096;
 pub const MOST_PARAMS: u32 = 1024;
 /// Most names of one choice.
 pub const MOST_CHOICES: u32 = 256;
+/// Most kinds of traces of a plugin.
+pub const MOST_TRACES: u32 = 16;
 
 /// What values a parameter takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -85,6 +87,8 @@ pub struct PluginInfo {
     pub state_version: u32,
     /// The oldest that it reads.
     pub state_min_version: u32,
+    /// What its traces are of, by their kind.
+    pub traces: Vec<String>,
 }
 
 fn shown<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -141,7 +145,7 @@ unsafe fn string(what: &str, pointer: *const c_char, longest: usize) -> Result<S
     String::from_utf8(bytes.to_vec()).map_err(|_| format!("its {what} is not UTF-8"))
 }
 
-/// Takes over a descriptor.
+/// Takes over a descriptor. `notes` gets what it has of a later contract, which is left out.
 ///
 /// # Safety
 /// The descriptor's pointers are as the contract says.
@@ -149,6 +153,7 @@ pub(crate) unsafe fn read(
     descriptor: &abi::Descriptor,
     path: Option<PathBuf>,
     contract: String,
+    notes: &mut Vec<String>,
 ) -> Result<PluginInfo, String> {
     // SAFETY: the caller's promise.
     let text = |what, pointer| unsafe { string(what, pointer, LONGEST) };
@@ -163,6 +168,10 @@ pub(crate) unsafe fn read(
     }
     if descriptor.create.is_none() {
         return Err(of("its create is NULL".into()));
+    }
+    let spare = [descriptor.flags, descriptor.spare, descriptor.spare_traces];
+    if spare != [0; 3] {
+        return Err(of(format!("its flags and spare fields are {spare:?}, allowed is 0")));
     }
     let config_schema = match descriptor.config_schema.is_null() {
         true => None,
@@ -192,13 +201,34 @@ pub(crate) unsafe fn read(
     let mut read: Vec<ParamInfo> = Vec::with_capacity(params.len());
     for raw in params {
         // SAFETY: the caller's promise.
-        let param = unsafe { read_param(raw) }.map_err(of)?;
+        let Some(param) = unsafe { read_param(raw) }.map_err(of)? else {
+            let kind = raw.kind;
+            notes.push(of(format!("parameter {}: its kind {kind} is not known here, and left out", raw.id)));
+            continue;
+        };
+        if raw.flags & !abi::PARAM_LOG != 0 {
+            let (key, flags) = (&param.key, raw.flags & !abi::PARAM_LOG);
+            notes.push(of(format!("parameter `{key}`: its flags {flags:#x} are not known here")));
+        }
         if let Some(other) = read.iter().find(|p| p.id == param.id || p.key == param.key) {
             return Err(of(format!("parameters `{}` and `{}` share an id or a key", other.key, param.key)));
         }
         read.push(param);
     }
+    // SAFETY: the caller's promise.
+    let traces =
+        unsafe { names(descriptor.traces, descriptor.trace_count, MOST_TRACES, "trace") }.map_err(of)?;
+    let word = |name: &&String| {
+        !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+    };
+    if let Some(wrong) = traces.iter().find(|name| !word(name)) {
+        return Err(of(format!("its trace {wrong:?} must be of a-z, 0-9 and `_`")));
+    }
+    if let Some(at) = (1..traces.len()).find(|at| traces[..*at].contains(&traces[*at])) {
+        return Err(of(format!("two of its traces are called {:?}", traces[at])));
+    }
     Ok(PluginInfo {
+        traces,
         name: text("name", descriptor.name)?,
         version: text("version", descriptor.version)?,
         vendor: text("vendor", descriptor.vendor)?,
@@ -213,9 +243,37 @@ pub(crate) unsafe fn read(
     })
 }
 
+/// A list of names.
+///
+/// # Safety
+/// `list` is NULL, misaligned, or leads to `count` NUL-terminated strings.
+unsafe fn names(
+    list: *const *const c_char,
+    count: u32,
+    most: u32,
+    what: &'static str,
+) -> Result<Vec<String>, String> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    if count > most {
+        return Err(format!("it has {count} {what} names; the limit is {most}"));
+    }
+    if list.is_null() || !list.is_aligned() {
+        return Err(format!("its {what} names are NULL or misaligned"));
+    }
+    // SAFETY: the caller's promise.
+    unsafe { std::slice::from_raw_parts(list, count as usize).iter() }
+        // SAFETY: as above.
+        .map(|name| unsafe { string(what, *name, LONGEST) })
+        .collect()
+}
+
+/// None: its kind is of a later contract.
+///
 /// # Safety
 /// As [`read`].
-unsafe fn read_param(raw: &abi::Param) -> Result<ParamInfo, String> {
+unsafe fn read_param(raw: &abi::Param) -> Result<Option<ParamInfo>, String> {
     // SAFETY: the caller's promise.
     let text = |what, pointer| unsafe { string(what, pointer, LONGEST) };
     let key = text("parameter key", raw.key)?;
@@ -225,8 +283,11 @@ unsafe fn read_param(raw: &abi::Param) -> Result<ParamInfo, String> {
         abi::PARAM_INT => ParamKind::Int,
         abi::PARAM_SWITCH => ParamKind::Switch,
         abi::PARAM_CHOICE => ParamKind::Choice,
-        kind => return Err(of(&format!("its kind is {kind}, allowed is 1 to 4"))),
+        _ => return Ok(None),
     };
+    if raw.spare != [0; 2] {
+        return Err(of(&format!("its spare fields are {:?}, allowed is 0", raw.spare)));
+    }
     if raw.id == 0 {
         return Err(of("its id is 0"));
     }
@@ -244,18 +305,15 @@ unsafe fn read_param(raw: &abi::Param) -> Result<ParamInfo, String> {
     let choices = match kind {
         ParamKind::Choice => {
             let count = raw.choice_count;
-            let wrong =
-                raw.choices.is_null() || !raw.choices.is_aligned() || count == 0 || count > MOST_CHOICES;
-            if wrong || raw.minimum != 0.0 || raw.maximum != f64::from(count - 1) {
+            if count == 0 || raw.minimum != 0.0 || raw.maximum != f64::from(count - 1) {
                 return Err(of("a choice needs its names, and a range of 0 to their number less 1"));
             }
             // SAFETY: the caller's promise.
-            let names = unsafe { std::slice::from_raw_parts(raw.choices, count as usize) };
-            names.iter().map(|name| text("choice", *name)).collect::<Result<Vec<_>, _>>()?
+            unsafe { names(raw.choices, count, MOST_CHOICES, "choice") }.map_err(|problem| of(&problem))?
         }
         _ => Vec::new(),
     };
-    Ok(ParamInfo {
+    Ok(Some(ParamInfo {
         id: raw.id,
         kind,
         logarithmic,
@@ -268,5 +326,5 @@ unsafe fn read_param(raw: &abi::Param) -> Result<ParamInfo, String> {
         help: text("parameter help", raw.help)?,
         choices,
         key,
-    })
+    }))
 }

@@ -138,15 +138,20 @@ impl Plugin {
         if raw.0.step.is_none() || raw.0.destroy.is_none() {
             return Err(failed(status, "it returned an instance without step or destroy".into()));
         }
-        Ok(Instance {
+        let instance = Instance {
+            recorder: Box::new(Recorder::new(self.info().traces.len() as u32)),
             raw,
-            recorder: Box::new(Recorder::new()),
             lent: Lent::default(),
             health: Health::Running,
             times: StepTimes::default(),
             services,
             plugin: self.clone(),
-        })
+        };
+        if instance.raw.0.spare != 0 {
+            let spare = instance.raw.0.spare;
+            return Err(failed(status, format!("the instance's spare field is {spare:#x}, allowed is 0")));
+        }
+        Ok(instance)
     }
 }
 
@@ -300,6 +305,9 @@ impl Instance {
         let outcome = generation.enter_then(&self.plugin.info().id, "step", code, checked);
         self.services.end_step();
         self.recorder.end();
+        for news in self.recorder.news() {
+            tracing::warn!("plugin `{}`: {news}", self.plugin.info().id);
+        }
         let whole = began.elapsed();
         let mut took = [Duration::ZERO; 2];
         let report = match outcome {

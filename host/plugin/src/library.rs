@@ -207,6 +207,9 @@ impl Library {
         let (Some(open_library), Some(_)) = (entry.0.open, entry.0.close) else {
             return Err(Refusal::BadEntry("its open or close is NULL".into()));
         };
+        if entry.0.spare != 0 {
+            return Err(Refusal::BadEntry(format!("its spare field is {:#x}, allowed is 0", entry.0.spare)));
+        }
         let mut library = Self { open: None, path, notes: note.into_iter().collect() };
         open.services.begin_call();
         // SAFETY: the entry's function with the host's table, which lives until close() returned.
@@ -223,7 +226,7 @@ impl Library {
     }
 
     /// Reads what the library says of itself.
-    fn describe(self) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
+    fn describe(mut self) -> Result<(Arc<Self>, Vec<Plugin>), Refusal> {
         let entry = self.raw_entry();
         let count = entry.descriptor_count;
         if !(1..=MOST_PLUGINS).contains(&count) {
@@ -241,19 +244,20 @@ impl Library {
         let (source, list) = (self.path.clone(), List(list));
         let read = self.enter("descriptor", move || {
             let List(list) = { list };
-            let mut described = Vec::new();
+            let (mut described, mut notes) = (Vec::new(), Vec::new());
             for i in 0..count as usize {
                 // SAFETY: the entry says that the list has `count` pointers, each to a descriptor as long as
                 // it says.
                 let descriptor = unsafe { read_sized(*list.add(i)) }
                     .ok_or_else(|| format!("descriptor {i} is NULL or misaligned"))?;
                 // SAFETY: the descriptor's pointers are as the contract says.
-                let info = unsafe { info::read(&descriptor, source.clone(), contract.clone()) }?;
+                let info = unsafe { info::read(&descriptor, source.clone(), contract.clone(), &mut notes) }?;
                 described.push((Described(descriptor), Arc::new(info)));
             }
-            Ok::<_, String>(described)
+            Ok::<_, String>((described, notes))
         });
-        let described = read.map_err(Refusal::Fault)?.map_err(Refusal::BadDescriptor)?;
+        let (described, notes) = read.map_err(Refusal::Fault)?.map_err(Refusal::BadDescriptor)?;
+        self.notes.extend(notes);
         let library = Arc::new(self);
         let plugins = described
             .into_iter()

@@ -56,6 +56,7 @@ pub(crate) struct Recorder {
     /// As `message`, of calls that fail the step: a plugin that ignores their status must not pass.
     refused: Option<String>,
     checker: check::Checker,
+    trace_kinds: u32,
     /// Set while a step runs.
     tag: Tag,
 }
@@ -65,8 +66,10 @@ impl Tagged for Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn new() -> Self {
+    /// Of a plugin that names so many kinds of traces.
+    pub(crate) fn new(trace_kinds: u32) -> Self {
         Self {
+            trace_kinds,
             current: Arc::default(),
             staging: None,
             spare: Vec::new(),
@@ -168,6 +171,7 @@ impl Recorder {
         }
         self.retained.finish(committed, &self.current, staging);
         (staging.textures, staging.meshes) = made;
+        staging.trace_kinds = self.trace_kinds;
         self.checker.check(staging, share)?;
         if let Some(finished) = self.staging.take() {
             if self.spare.len() >= SPARE {
@@ -177,6 +181,11 @@ impl Recorder {
             self.spare.push(std::mem::replace(&mut self.current, finished));
         }
         Ok(())
+    }
+
+    /// What the last checks met of a later contract, and nobody was told: a text each.
+    pub(crate) fn news(&mut self) -> impl Iterator<Item = String> + '_ {
+        self.checker.news()
     }
 
     fn refuse(&mut self, status: i32, message: String) -> i32 {
@@ -192,12 +201,14 @@ impl Recorder {
     }
 
     fn reserve(&mut self, stream: u32, element_size: u32, count: u64) -> Result<*mut c_void, (i32, String)> {
-        let missing = || (abi::BAD_INPUT, format!("reserve: there is no stream {stream}"));
-        let &Stream { name, limit, .. } = Stream::numbered(stream).ok_or_else(missing)?;
-        let Some(limit) = limit else {
+        let missing = || {
+            let name = Stream::numbered(stream).map_or_else(|| stream.to_string(), |s| s.name.to_owned());
             let version = version_text(abi::VERSION);
             let message = format!("stream {name}: this host (reef_sim.h {version}) does not take it");
-            return Err((abi::UNSUPPORTED, message));
+            (abi::UNSUPPORTED, message)
+        };
+        let &Stream { name, limit: Some(limit), .. } = Stream::numbered(stream).ok_or_else(missing)? else {
+            return Err(missing());
         };
         let staging = Self::staging(&mut self.staging)
             .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
@@ -247,7 +258,10 @@ impl Recorder {
                 abi::BAD_INPUT,
                 format!("stream {name}: {count} elements committed, {reserved} reserved"),
             )),
-            _ => Err((abi::BAD_INPUT, format!("stream {name}: committed without reserve"))),
+            Some(_) => Err((abi::BAD_INPUT, format!("stream {name}: committed without reserve"))),
+            None => {
+                Err((abi::UNSUPPORTED, format!("stream {stream}: there is none that could be committed")))
+            }
         }
     }
 }

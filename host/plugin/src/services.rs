@@ -499,6 +499,9 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
     guard::require_stack();
     // SAFETY: checked above; the query lives during the call.
     let query = unsafe { *query };
+    if query.spare != 0 {
+        return services.fail(abi::BAD_INPUT, "sample_flow: the query's spare is not zero".into());
+    }
     let length = query.count as usize * size_of::<f32>();
     [query.x, query.y, query.z].iter().for_each(|points| guard::probe_read(points.cast(), length));
     [query.vx, query.vy, query.vz].iter().for_each(|out| guard::probe_write(out.cast(), length));
@@ -536,6 +539,9 @@ unsafe extern "C" fn mesh_create(ctx: *mut c_void, mesh: *const abi::Mesh, out: 
     }
     if mesh.spare != [0; 2] {
         return unfit("spare is not zero");
+    }
+    if let unknown @ 1.. = mesh.flags & !meshes::FLAGS {
+        return refuse(abi::UNSUPPORTED, &format!("`{name}`: its flags {unknown:#x} are not known here"));
     }
     let bones = mesh.vertex_count as usize * mesh.influences as usize;
     // SAFETY: the contract's arrays of as many elements; each is touched before it becomes a slice.
@@ -617,6 +623,13 @@ unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Textu
     let texture = unsafe { *texture };
     // SAFETY: a plugin's word; if it lied, the guard around its call takes the fault.
     let name = unsafe { short_name(texture.name) };
+    if texture.format > abi::TEXTURE_RGBA8 {
+        let format = texture.format;
+        return refuse(abi::UNSUPPORTED, &format!("`{name}`: its format {format} is not known here"));
+    }
+    if texture.spare != [0; 3] {
+        return refuse(abi::BAD_INPUT, &format!("`{name}`: spare is not zero"));
+    }
     let wanted = Wanted { name: &name, format: texture.format, width: texture.width, height: texture.height };
     let bytes = match wanted.bytes() {
         Ok(bytes) => bytes,

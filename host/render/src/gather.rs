@@ -9,6 +9,11 @@ use reef_streams::{Outputs, frame::Frame};
 
 use super::{layers::Catalogue, lod::RIBBON, view::Lens};
 
+/// A flag of [`GpuFibre`], as `shaders/fibre.glsl` has it: the end is closed.
+pub const CAP: u32 = 2;
+/// As above: a flat blade.
+pub const BLADE: u32 = 4;
+
 /// `Fibre` of `shaders/fibre.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -19,7 +24,7 @@ pub struct GpuFibre {
     pub previous_node: u32,
     /// Its first node in this step.
     pub current_node: u32,
-    /// Node count, and the contract's flags of fibres in the high half.
+    /// Node count, and [`CAP`] and [`BLADE`] in the high half.
     pub nodes_flags: u32,
     /// Index into the materials.
     pub material: u32,
@@ -187,7 +192,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
             object: object_base + fibre.object,
             previous_node,
             current_node: current_base + fibre.first_node,
-            nodes_flags: fibre.node_count.min(0xffff) | (fibre.flags & 0xff) << 16,
+            nodes_flags: fibre.node_count.min(0xffff) | flags_of(fibre) << 16,
             material: material_base + fibre.material,
             variation: fibre.variation,
             sides: sides_of(fibre),
@@ -204,6 +209,11 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
     if all.previous_nodes.len() < longest {
         all.previous_nodes.resize(longest, abi::FibreNode::zeroed());
     }
+}
+
+fn flags_of(fibre: &abi::Fibre) -> u32 {
+    let flag = |theirs, ours| if fibre.flags & theirs != 0 { ours } else { 0 };
+    flag(abi::FIBRE_CAP, CAP) | flag(abi::FIBRE_BLADE, BLADE)
 }
 
 /// A blade is a ribbon from near, too: its two edges fade, and it has no third side.

@@ -6,7 +6,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use reef_abi as abi;
 
 use super::{
-    gather::{Gathered, GpuFibre},
+    gather::{BLADE, CAP, Gathered, GpuFibre},
     lod::{
         Detail, EDGE, LIT_EDGE, RIBBON, RING_LEVELS, THIN_RADIUS, Thresholds, polygon_scale, ring_position,
         side_count,
@@ -121,7 +121,7 @@ pub fn transport(n: Vec3, from: Vec3, to: Vec3) -> Vec3 {
 pub fn skin(gathered: &Gathered, index: usize, lens: &Lens, limits: Option<&Thresholds>) -> Option<Skinned> {
     let fibre = &gathered.fibres[index];
     let (detail, rings) = rings(gathered, fibre, lens, limits)?;
-    let flatness = if fibre.nodes_flags >> 16 & abi::FIBRE_BLADE != 0 { fibre.flatness } else { 1.0 };
+    let flatness = if fibre.nodes_flags >> 16 & BLADE != 0 { fibre.flatness } else { 1.0 };
     let clip = lens.clip_from_eye();
     let sides = detail.sides(fibre.sides);
     let mut vertices = Vec::new();
@@ -184,7 +184,7 @@ pub fn rings(
     limits: Option<&Thresholds>,
 ) -> Option<(Detail, Vec<Ring>)> {
     let chain = Chain::new(gathered, fibre);
-    let cap = fibre.nodes_flags >> 16 & abi::FIBRE_CAP != 0;
+    let cap = fibre.nodes_flags >> 16 & CAP != 0;
     let detail = match limits {
         None => Detail::FULL,
         Some(limits) => detail_of(&chain, lens, limits, cap)?,

@@ -51,6 +51,10 @@ impl Plugin for Drifters {
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
 
+    fn traces() -> &'static [&'static str] {
+        &["fish"]
+    }
+
     fn params() -> &'static [Param] {
         const PARAMS: &[Param] =
             &[Param::float(GAIN, "gain").range(0.0, 4.0).default(1.0).help("How much they drift.")];
@@ -135,7 +139,7 @@ impl Plugin for Drifters {
                     position: self.positions[at],
                     radius: 0.25,
                     node: 0,
-                    kind: abi::TRACE_FISH,
+                    kind: 0,
                     spare: 0,
                 })
                 .collect();

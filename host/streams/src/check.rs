@@ -45,10 +45,25 @@ pub trait Emitted: Element {
     /// Whether what the header calls spare is zero.
     fn spare_is_zero(&self) -> bool;
 
+    /// What it has of a later contract than this host's: what is left out of it is no fault.
+    fn unknown(&self) -> Option<Unknown> {
+        None
+    }
+
+    /// What is wrong with it, spare fields and all.
+    fn verdict(&self, outputs: &Outputs) -> Result<(), Fault> {
+        self.check(outputs)?;
+        if self.spare_is_zero() {
+            return Ok(());
+        }
+        Err(Fault { field: "spare", problem: "is not zero".to_owned() })
+    }
+
     /// Whether `part` of the stream is sound, and whether its ids grow, the first one from `before`. May
-    /// doubt what is allowed, but never passes what [`Emitted::check`] refuses.
+    /// doubt what is allowed, but never passes what [`Emitted::verdict`] refuses, nor what is unknown.
     fn glance(part: &[Self], before: u64, outputs: &Outputs) -> (bool, bool) {
-        let sound = part.iter().all(|element| element.check(outputs).is_ok());
+        let sound =
+            part.iter().all(|element| element.verdict(outputs).is_ok() && element.unknown().is_none());
         let mut last = before;
         let grow = part.iter().filter_map(Self::id).all(|id| std::mem::replace(&mut last, id) < id);
         (sound, grow)
@@ -68,10 +83,31 @@ impl Display for Fault {
     }
 }
 
+/// Something of a later contract: the bits of a field that mean nothing here, or its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    pub(crate) field: &'static str,
+    pub(crate) value: u32,
+}
+
+impl Unknown {
+    /// The bits beyond those that are known.
+    pub(crate) fn bits(value: u32, known: u32) -> Option<Self> {
+        (value & !known != 0).then_some(Self { field: "flags", value: value & !known })
+    }
+}
+
+/// More of these, of one instance, are no news.
+const MOST_UNKNOWN: usize = 16;
+
 /// Reusable memory of the checks.
 #[derive(Debug, Default)]
 pub struct Checker {
     ids: Vec<u64>,
+    /// What was met so far of a later contract, each once, with its stream.
+    unknown: Vec<(u32, Unknown)>,
+    /// How many of these were told.
+    told: usize,
 }
 
 impl Checker {
@@ -95,12 +131,23 @@ impl Checker {
             sound,
             unordered: verdict.unordered.into_inner(),
             ids: &mut self.ids,
+            unknown: &mut self.unknown,
             found: None,
         };
         if !sound || find.unordered != 0 {
             outputs.show_all(&mut find);
         }
         find.found.map_or(Ok(()), Err)
+    }
+
+    /// What was met of a later contract and not told yet: a text each.
+    pub fn news(&mut self) -> impl Iterator<Item = String> + '_ {
+        let untold = &self.unknown[std::mem::replace(&mut self.told, self.unknown.len())..];
+        untold.iter().map(|(stream, unknown)| {
+            let name = Stream::numbered(*stream).map_or("unknown", |stream| stream.name);
+            let Unknown { field, value } = unknown;
+            format!("stream {name}: {field} {value:#x} is not known here, and left out")
+        })
     }
 }
 
@@ -169,6 +216,7 @@ struct Find<'a> {
     sound: bool,
     unordered: u32,
     ids: &'a mut Vec<u64>,
+    unknown: &'a mut Vec<(u32, Unknown)>,
     /// The message.
     found: Option<String>,
 }
@@ -183,8 +231,14 @@ impl Visit for Find<'_> {
             let wrong = elements
                 .iter()
                 .enumerate()
-                .find_map(|(i, element)| Some((i, element.check(self.outputs).err()?)));
+                .find_map(|(i, element)| Some((i, element.verdict(self.outputs).err()?)));
             self.found = wrong.map(|(i, fault)| format!("stream {name}, element {i}: {fault}"));
+            for unknown in elements.iter().filter_map(T::unknown) {
+                let met = (T::STREAM, unknown);
+                if self.unknown.len() < MOST_UNKNOWN && !self.unknown.contains(&met) {
+                    self.unknown.push(met);
+                }
+            }
         }
         if self.found.is_none() && self.unordered & 1 << T::STREAM != 0 {
             self.ids.clear();

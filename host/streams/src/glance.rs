@@ -29,6 +29,7 @@ struct Word {
 
 impl Word {
     const ANY: Self = Self { mask: 0, least: 0, room: 1 };
+    const ZERO: Self = Self { mask: u32::MAX, least: 0, room: 1 };
     /// A float without its sign.
     const SIZE: u32 = 0x7fff_ffff;
     const FINITE: Self = Self { mask: Self::SIZE, least: 0, room: f32::INFINITY.to_bits() };
@@ -122,7 +123,7 @@ pub(crate) fn objects(objects: &[abi::Object], before: u64) -> (bool, bool) {
         Word::FINITE,
         Word::POSITIVE_OR_ZERO,
         Word::flags(abi::FLAG_NO_BLEND),
-        any,
+        Word::ZERO,
     ]);
     let (mut last, mut named, mut grow) = (before, true, true);
     let sound = rule.holds(bytemuck::cast_slice(objects), |lines| {
@@ -155,11 +156,11 @@ pub(crate) fn fibres(fibres: &[abi::Fibre], objects: usize, materials: usize, no
         any,
         any,
         any,
-        any,
-        any,
-        any,
-        any,
-        any,
+        Word::ZERO,
+        Word::ZERO,
+        Word::ZERO,
+        Word::ZERO,
+        Word::ZERO,
     ]);
     rule.holds(bytemuck::cast_slice(fibres), |lines| {
         bytemuck::cast_slice(lines).iter().fold(true, |good, fibre: &abi::Fibre| {

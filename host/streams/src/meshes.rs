@@ -15,6 +15,8 @@ use crate::{
 pub const MOST_MESHES: usize = 256;
 /// Most vertices of a mesh.
 pub const MOST_VERTICES: u32 = 1 << 20;
+/// Flags of meshes that mean something here.
+pub const FLAGS: u32 = abi::MESH_DUAL | abi::MESH_TWO_SIDED;
 /// Most vertices of all meshes of an instance.
 pub const MOST_VERTICES_IN_ALL: usize = 1 << 22;
 /// Most indices of all meshes of one instance.
@@ -153,9 +155,6 @@ impl Sizes {
 
 impl Wanted<'_> {
     fn check(&self) -> Result<(), String> {
-        if let unknown @ 1.. = self.flags & !(abi::MESH_DUAL | abi::MESH_TWO_SIDED) {
-            return Err(format!("flags has unknown bits {unknown:#x}"));
-        }
         for (i, vertex) in self.vertices.iter().enumerate() {
             check_vertex(vertex).map_err(|problem| format!("vertex {i}: {problem}"))?;
         }

@@ -80,6 +80,8 @@ macro_rules! streams {
             pub textures: TextureList,
             /// What it had made with `mesh_create`.
             pub meshes: MeshList,
+            /// How many kinds of traces its plugin names.
+            pub trace_kinds: u32,
         }
 
         impl Outputs {

@@ -17,7 +17,7 @@ pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps
 /// it true.
-pub const HEADER_HASH: u64 = 0x0d3212f250b54ff6;
+pub const HEADER_HASH: u64 = 0x0a761bed800ccd37;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -28,6 +28,7 @@ pub const DISCARD: i32 = 2;
 pub const ERROR: i32 = -1;
 /// the library is at fault: the host rolls it back (a caught panic, say)
 pub const FATAL: i32 = -2;
+/// not known to this host, or not taken by it; nothing came of the call, and the step goes on
 pub const UNSUPPORTED: i32 = -3;
 /// load_state: not readable; the instance is untouched
 pub const BAD_STATE: i32 = -4;
@@ -73,8 +74,7 @@ pub const STREAM_DEBUG_LINE: u32 = 12;
 /// reef_trace, when reef_step.flags has REEF_STEP_TRACE; recordings read it alone
 pub const STREAM_TRACE: u32 = 13;
 pub const STREAM_COUNT: u32 = 14;
-/// Bit of the flags of objects and of stream elements: do not blend with the step before (it jumped or
-/// wrapped).
+/// Common bits of all flags (0 to 7): do not blend with the step before (it jumped or wrapped).
 pub const FLAG_NO_BLEND: u32 = 1;
 
 /// One thing in the sea. The renderer matches objects of two steps by id. 64 bytes.
@@ -139,9 +139,9 @@ pub struct Material {
 }
 /// flags: close the end with a disc that carries things (an anemone's mouth)
 /// A node chain, root first, skinned by the renderer as a generalised cylinder (the paper's §3.2). 64 bytes.
-pub const FIBRE_CAP: u32 = 2;
+pub const FIBRE_CAP: u32 = 256;
 /// flags: a flat blade, a radius wide to both sides along `normal`; `flatness`: thickness over width
-pub const FIBRE_BLADE: u32 = 4;
+pub const FIBRE_BLADE: u32 = 512;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -228,7 +228,7 @@ pub struct Skinned {
     pub spare: [u32; 5],
 }
 /// flags: turned to the viewer; else it lies across `axis`
-pub const BILLBOARD_FACING: u32 = 2;
+pub const BILLBOARD_FACING: u32 = 256;
 
 /// A sprite. It brings its own velocity, so that the picture between two steps needs the newer one alone:
 /// sprites have no identity, and a step emits those that may be seen, in any order that is the same for every
@@ -381,12 +381,6 @@ pub struct DebugLine {
     pub spare: u32,
 }
 /// 48 bytes.
-pub const TRACE_FIBRE: u32 = 1;
-pub const TRACE_SEAWEED: u32 = 2;
-pub const TRACE_FISH: u32 = 3;
-pub const TRACE_PARTICLE: u32 = 4;
-pub const TRACE_JELLYFISH: u32 = 5;
-
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Trace {
@@ -397,7 +391,7 @@ pub struct Trace {
     /// [m]
     pub radius: f32,
     pub node: u32,
-    /// REEF_TRACE_*
+    /// index into the descriptor's `traces`
     pub kind: u32,
     pub spare: u32,
 }
@@ -499,11 +493,11 @@ pub struct Event {
     pub spare: [u32; 4],
 }
 /// on the side, before a swap: outputs are checked and thrown away
-pub const STEP_TRIAL: u32 = 1;
+pub const STEP_TRIAL: u32 = 256;
 /// emit the trace stream; dt = 0 with it: only emit, do not advance
-pub const STEP_TRACE: u32 = 2;
+pub const STEP_TRACE: u32 = 512;
 /// emit debug lines
-pub const STEP_DEBUG: u32 = 4;
+pub const STEP_DEBUG: u32 = 1024;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -734,7 +728,7 @@ pub const PARAM_SWITCH: u32 = 3;
 /// 0 .. choice_count - 1
 pub const PARAM_CHOICE: u32 = 4;
 /// flags: a logarithmic slider
-pub const PARAM_LOG: u32 = 1;
+pub const PARAM_LOG: u32 = 256;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -843,6 +837,11 @@ pub struct Descriptor {
             out: *mut Instance,
         ) -> i32,
     >,
+    /// [opt] what its traces are of, as recordings name it: "fibre", "fish"; lower_case_words
+    pub traces: *const *const c_char,
+    /// at most 16
+    pub trace_count: u32,
+    pub spare_traces: u32,
 }
 
 #[repr(C)]

@@ -266,7 +266,7 @@ static int32_t trace(const work *w, const reef_output *output, uint32_t fibres) 
   for (uint32_t f = 0; f < fibres; f++) {
     for (uint32_t k = 0; k < w->fibres[f].node_count; k++) {
       const reef_fibre_node *node = &w->nodes[w->fibres[f].first_node + k];
-      reef_trace point = {f, {0}, node->radius, k, REEF_TRACE_FIBRE, 0};
+      reef_trace point = {f, {0}, node->radius, k, 0, 0};
       for (uint32_t axis = 0; axis < 3; axis++) point.position[axis] = w->origin[axis] + (double)node->position[axis];
       *next++ = point;
     }
@@ -312,8 +312,11 @@ static int32_t advance(kelp *self, const reef_step *input, const reef_output *ou
   if ((status = output->reserve(output->ctx, REEF_STREAM_FIBRE_NODE, sizeof(reef_fibre_node), all_nodes, &nodes)))
     return status;
   const int wants_lines = (input->flags & REEF_STEP_DEBUG) != 0;
-  if (wants_lines && (status = output->reserve(output->ctx, REEF_STREAM_DEBUG_LINE, sizeof(reef_debug_line), points, &lines)))
-    return status;
+  if (wants_lines) {
+    status = output->reserve(output->ctx, REEF_STREAM_DEBUG_LINE, sizeof(reef_debug_line), points, &lines);
+    if (status == REEF_UNSUPPORTED) lines = NULL; /* A host without debug lines: the step goes on. */
+    else if (status) return status;
+  }
   const float reach = height + SPACING * sqrtf((float)count);
   const reef_object object = {1, 0, {w.origin[0], w.origin[1], w.origin[2]}, {0.0f, height / 2.0f, 0.0f}, reach, 0, 0};
   if ((status = emit(output, REEF_STREAM_OBJECT, &object, sizeof object, 1))) return status;
@@ -341,6 +344,8 @@ static int32_t advance(kelp *self, const reef_step *input, const reef_output *ou
   w.fibres = (reef_fibre *)fibres;
   w.nodes = (reef_fibre_node *)nodes;
   w.lines = (reef_debug_line *)lines;
+  /* Hosts learned this later than the rest: an older table ends before it. */
+  if (REEF_HAS(host, figure) && host->figure) host->figure(host->ctx, "stalks", sizeof "stalks" - 1, count);
   if ((status = host->parallel_for(host->ctx, count, move_stalk, &w))) return status;
   if ((status = output->commit(output->ctx, REEF_STREAM_FIBRE, all_fibres))) return status;
   if ((status = output->commit(output->ctx, REEF_STREAM_FIBRE_NODE, all_nodes))) return status;
@@ -488,7 +493,7 @@ static void destroy(void *ctx) { free(ctx); }
 static int32_t create(const reef_host *host, const char *config, uint64_t length, reef_instance *out) {
   (void)config; /* The schema allows no keys, and the host has held the scene against it. */
   (void)length;
-  if (out->size < sizeof(reef_instance)) return fail(host, REEF_UNSUPPORTED, "the host is too old for this plugin");
+  if (!REEF_HAS(out, get_param)) return fail(host, REEF_UNSUPPORTED, "the host is too old for this plugin");
   kelp *self = (kelp *)malloc(sizeof *self);
   if (!self) return fail(host, REEF_NO_SPACE, "there is no memory for the kelp");
   self->host = host;
@@ -498,6 +503,9 @@ static int32_t create(const reef_host *host, const char *config, uint64_t length
   *out = instance;
   return REEF_OK;
 }
+
+/* What the traces are of: their kind is an index. */
+static const char *const traces[] = {"fibre"};
 
 static const reef_descriptor descriptor = {
     sizeof(reef_descriptor),
@@ -514,6 +522,9 @@ static const reef_descriptor descriptor = {
     STATE_VERSION, /* the oldest that load_state reads */
     0,
     create,
+    traces,
+    1,
+    0,
 };
 
 static const reef_descriptor *const descriptors[] = {&descriptor};

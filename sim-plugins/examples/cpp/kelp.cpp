@@ -124,6 +124,15 @@ template <class T> T *reserve(const reef_output *output, std::uint32_t stream, s
   return static_cast<T *>(room);
 }
 
+// The same, or nothing where the host does not take the stream: the step goes on without.
+template <class T> T *offer(const reef_output *output, std::uint32_t stream, std::size_t count) {
+  void *room = nullptr;
+  const std::int32_t status = output->reserve(output->ctx, stream, sizeof(T), count, &room);
+  if (status == REEF_UNSUPPORTED) return nullptr;
+  check(status);
+  return static_cast<T *>(room);
+}
+
 // Reserves, copies and commits what is known at once.
 template <class T, std::size_t N> void emit(const reef_output *output, std::uint32_t stream, const T (&elements)[N]) {
   std::copy(std::begin(elements), std::end(elements), reserve<T>(output, stream, N));
@@ -467,7 +476,7 @@ private:
       for (std::uint32_t k = 0; k < work.fibres[f].node_count; ++k) {
         const reef_fibre_node &node = work.nodes[work.fibres[f].first_node + k];
         const auto [x, y, z] = work.world(node.position);
-        *next++ = {f, {x, y, z}, node.radius, k, REEF_TRACE_FIBRE, 0};
+        *next++ = {f, {x, y, z}, node.radius, k, 0, 0};
       }
     }
     check(output->commit(output->ctx, REEF_STREAM_TRACE, count));
@@ -501,7 +510,7 @@ private:
     auto *fibres = reserve<reef_fibre>(output, REEF_STREAM_FIBRE, count * all_fibres);
     auto *nodes = reserve<reef_fibre_node>(output, REEF_STREAM_FIBRE_NODE, count * all_nodes);
     const bool wants_lines = input.flags & REEF_STEP_DEBUG;
-    auto *lines = wants_lines ? reserve<reef_debug_line>(output, REEF_STREAM_DEBUG_LINE, points) : nullptr;
+    auto *lines = wants_lines ? offer<reef_debug_line>(output, REEF_STREAM_DEBUG_LINE, points) : nullptr;
     const float reach = height + spacing * std::sqrt(float(count));
     emit(output, REEF_STREAM_OBJECT,
          {reef_object{1, 0, {values[X], ground, values[Z]}, {0.0f, height / 2.0f, 0.0f}, reach, 0, 0}});
@@ -521,6 +530,8 @@ private:
     shelter.fade = 0.5f;
     emit(output, REEF_STREAM_FLOW, {shelter});
 
+    // Hosts learned this later than the rest: an older table ends before it.
+    if (REEF_HAS(host, figure) && host->figure) host->figure(host->ctx, "stalks", std::strlen("stalks"), count);
     Work work{*this, stalks, vx, vz, fibres, nodes, lines, {values[X], ground, values[Z]}, float(input.dt)};
     check(host->parallel_for(host->ctx, count, move_stalk, &work));
     check(output->commit(output->ctx, REEF_STREAM_FIBRE, count * all_fibres));
@@ -559,11 +570,14 @@ std::int32_t get_param(void *ctx, std::uint32_t id, double *out_value) {
 // The schema allows no keys, and the host has held the scene against it: the configuration says nothing.
 std::int32_t create(const reef_host *host, const char *, std::uint64_t, reef_instance *out) {
   return guarded(host, [&] {
-    if (out->size < sizeof(reef_instance)) throw Failed(REEF_UNSUPPORTED, "the host is too old for this plugin");
+    if (!REEF_HAS(out, get_param)) throw Failed(REEF_UNSUPPORTED, "the host is too old for this plugin");
     *out = {sizeof(reef_instance), 0,          new Kelp(host), destroy,  reset,
             step,                  save_state, load_state,     get_param};
   });
 }
+
+// What the traces are of: their kind is an index.
+constexpr const char *traces[] = {"fibre"};
 
 constexpr reef_descriptor descriptor = {
     sizeof(reef_descriptor),
@@ -580,6 +594,9 @@ constexpr reef_descriptor descriptor = {
     state_version, // the oldest that load_state reads
     0,
     create,
+    traces,
+    1,
+    0,
 };
 
 const reef_descriptor *const descriptors[] = {&descriptor};

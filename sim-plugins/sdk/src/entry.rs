@@ -71,6 +71,9 @@ const NO_DESCRIPTOR: abi::Descriptor = abi::Descriptor {
     state_min_version: 0,
     spare: 0,
     create: None,
+    traces: ptr::null(),
+    trace_count: 0,
+    spare_traces: 0,
 };
 
 /// The slots of a library, and how many times it is open (a program that links a model may open it more than
@@ -176,21 +179,24 @@ impl Texts {
         Ok(pointer)
     }
 
+    /// NULL where there are none.
+    fn list(&mut self, texts: &[&str]) -> Result<*const *const c_char, String> {
+        if texts.is_empty() {
+            return Ok(ptr::null());
+        }
+        let list =
+            texts.iter().map(|text| self.text(text).map(TextPointer)).collect::<Result<Box<[_]>, _>>()?;
+        let pointer = list.as_ptr().cast();
+        self.lists.push(list);
+        Ok(pointer)
+    }
+
     fn param(&mut self, param: &Param) -> Result<abi::Param, String> {
         let names = match param.kind {
             param::ParamKind::Choice(names) => names,
             _ => &[],
         };
-        let choices = match names {
-            [] => ptr::null(),
-            names => {
-                let list =
-                    names.iter().map(|n| self.text(n).map(TextPointer)).collect::<Result<Box<[_]>, _>>()?;
-                let pointer = list.as_ptr().cast();
-                self.lists.push(list);
-                pointer
-            }
-        };
+        let choices = self.list(names)?;
         Ok(abi::Param {
             id: param.id,
             kind: param.kind_code(),
@@ -234,6 +240,9 @@ fn describe<T: Plugin>() -> Result<(abi::Descriptor, Texts), String> {
         state_min_version: T::STATE_MIN_VERSION,
         spare: 0,
         create: Some(create::<T>),
+        traces: texts.list(T::traces())?,
+        trace_count: T::traces().len() as u32,
+        spare_traces: 0,
     };
     Ok((descriptor, texts))
 }

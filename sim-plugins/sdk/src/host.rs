@@ -101,6 +101,12 @@ impl Host {
         &self.raw
     }
 
+    /// The version of the contract that the host has, as [`abi::VERSION`] is this library's. Flags, kinds,
+    /// patterns, formats and streams of a later version than the host's are left alone.
+    pub fn version(&self) -> u32 {
+        self.raw.version
+    }
+
     /// Writes a line to the host's log.
     pub fn log(&self, level: Level, text: &str) {
         if let Some(log) = self.raw.log {

@@ -142,6 +142,12 @@ pub trait Plugin: Sized + Send + 'static {
         &[]
     }
 
+    /// What the traces are of, as recordings name it (`"fibre"`, lower_case_words): [`abi::Trace::kind`] is an
+    /// index.
+    fn traces() -> &'static [&'static str] {
+        &[]
+    }
+
     /// Makes an instance. An error names the place in the configuration.
     fn create(host: &Host, scene: &SceneInfo, config: Self::Config) -> Result<Self, ConfigError>;
 

@@ -311,6 +311,12 @@ impl<'a> Output<'a> {
 
     /// Room for `count` elements of T's stream, with arbitrary content. Once per stream and step.
     pub fn reserve<T: Element>(&mut self, count: usize) -> Result<&'a mut [T], StepError> {
+        let missing = || StepError::Error(format!("the host takes no stream {}", T::STREAM));
+        self.offer(count)?.ok_or_else(missing)
+    }
+
+    /// As [`Output::reserve`]; None where this host does not take the stream. The step goes on without.
+    pub fn offer<T: Element>(&mut self, count: usize) -> Result<Option<&'a mut [T]>, StepError> {
         let bit = 1 << T::STREAM;
         if self.reserved & bit != 0 {
             return Err(StepError::Error(format!("stream {} is reserved twice in a step", T::STREAM)));
@@ -322,10 +328,13 @@ impl<'a> Output<'a> {
         // SAFETY: valid arguments; the host fills `out`.
         let status =
             unsafe { reserve(self.raw.ctx, T::STREAM, size_of::<T>() as u32, count as u64, &mut out) };
+        if status == abi::UNSUPPORTED {
+            return Ok(None);
+        }
         check(status, "reserve")?;
         self.reserved |= bit;
         if count == 0 {
-            return Ok(&mut []);
+            return Ok(Some(&mut []));
         }
         let out = out.cast::<T>();
         if out.is_null() || !out.is_aligned() {
@@ -333,7 +342,7 @@ impl<'a> Output<'a> {
         }
         // SAFETY: the host gave room for `count` initialised elements, which stays in place until the step
         // ends because the stream is reserved once; T is plain data.
-        Ok(unsafe { std::slice::from_raw_parts_mut(out, count) })
+        Ok(Some(unsafe { std::slice::from_raw_parts_mut(out, count) }))
     }
 
     /// The first `count` reserved elements of T's stream count.

@@ -37,7 +37,7 @@ unsafe extern "C" fn step(ctx: *mut c_void, _: *const abi::Step, output: *const 
     }
 }
 
-/// The configuration is a number: which of the `STEPS`; beyond them: the one that shows figures.
+/// The configuration is a number: which of the `STEPS`; beyond them: those of `MORE`.
 unsafe extern "C" fn create(
     host: *const abi::Host,
     config: *const c_char,
@@ -48,7 +48,8 @@ unsafe extern "C" fn create(
     unsafe {
         let text = std::slice::from_raw_parts(config.cast::<u8>(), length as usize);
         let index: usize = std::str::from_utf8(text).unwrap().parse().unwrap();
-        let raw = Box::new(Raw { host, step: STEPS.get(index).map_or(figures as Step, |step| step.1) });
+        let does = STEPS.get(index).map_or_else(|| MORE[index - STEPS.len()], |step| step.1);
+        let raw = Box::new(Raw { host, step: does });
         (*out).ctx = Box::into_raw(raw).cast();
         (*out).destroy = Some(destroy);
         (*out).step = Some(step);
@@ -76,6 +77,9 @@ fn descriptor() -> abi::Descriptor {
         state_min_version: 0,
         spare: 0,
         create: Some(create),
+        traces: ptr::null(),
+        trace_count: 0,
+        spare_traces: 0,
     }
 }
 
@@ -156,13 +160,14 @@ const STEPS: [(&str, Step); 21] = [
         assert_eq!(reserve(output, abi::STREAM_TRACE, 48, u64::MAX), abi::NO_SPACE);
         abi::OK
     }),
-    ("there is no stream 99", |_, output| {
-        assert_eq!(reserve(output, 99, 4, 1), abi::BAD_INPUT);
-        abi::OK
-    }),
-    ("stream unknown: committed without reserve", |_, output| {
-        assert_eq!(commit(output, u32::MAX, 1), abi::BAD_INPUT);
-        abi::OK
+    ("stream object, element 0: spare is not zero", |_, output| {
+        let mut out = ptr::null_mut();
+        // SAFETY: as much room as was asked for.
+        unsafe {
+            output.reserve.unwrap()(output.ctx, abi::STREAM_OBJECT, 64, 1, &mut out);
+            out.cast::<abi::Object>().write(abi::Object { id: 1, spare: 7, ..abi::Object::default() });
+        }
+        commit(output, abi::STREAM_OBJECT, 1)
     }),
     ("reserve: the result's place is NULL", |_, output| {
         // SAFETY: the host checks its arguments.
@@ -192,6 +197,9 @@ const STEPS: [(&str, Step); 21] = [
     }),
     ("texture_create: `speck`: 1025 x 1 texels, allowed is 1 to 1024", |host, _| {
         texture(host, &abi::Texture { width: 1025, ..SPECK })
+    }),
+    ("texture_create: `speck`: spare is not zero", |host, _| {
+        texture(host, &abi::Texture { spare: [0, 0, 1], ..SPECK })
     }),
     ("texture_create: ``: the format is 0", |host, _| {
         texture(host, &abi::Texture { format: 0, name: ptr::null(), ..SPECK })
@@ -245,6 +253,37 @@ fn each_broken_rule_fails_its_step_with_a_message_though_the_plugin_says_ok() {
         assert!(message.contains(expected), "{message:?} should contain {expected:?}");
         assert_ne!(instance.health(), &Health::Running);
     }
+}
+
+/// Steps that break no rule.
+const MORE: [Step; 2] = [figures, later];
+
+/// Asks for what a later contract may have.
+fn later(host: &abi::Host, output: &abi::Output) -> i32 {
+    for stream in [abi::STREAM_COUNT, 99, u32::MAX] {
+        assert_eq!(reserve(output, stream, 64, 1), abi::UNSUPPORTED);
+        assert_eq!(commit(output, stream, 1), abi::UNSUPPORTED);
+    }
+    assert_eq!(texture(host, &abi::Texture { format: 3, ..SPECK }), abi::UNSUPPORTED);
+    let mut out = ptr::null_mut();
+    // SAFETY: as much room as was asked for.
+    unsafe {
+        output.reserve.unwrap()(output.ctx, abi::STREAM_FLOW, 128, 1, &mut out);
+        out.cast::<abi::Flow>().write(abi::Flow { kind: 77, ..abi::Flow::default() });
+    }
+    commit(output, abi::STREAM_FLOW, 1)
+}
+
+#[test]
+fn a_step_goes_on_without_what_only_a_later_contract_has() {
+    let (_, plugins) = Library::from_entry(leak(entry(descriptor())), 1).unwrap();
+    let mut instance = plugins[0].create(&(STEPS.len() + 1).to_string()).unwrap();
+    for step in 1..3 {
+        let report = instance.step(&Sea::default().input(step), &[]);
+        assert_eq!((report.status, report.message), (StepStatus::Ok, None));
+    }
+    assert_eq!(instance.health(), &Health::Running);
+    assert_eq!(instance.outputs().flows[0].kind, 77, "whoever knows it gets it");
 }
 
 #[test]
@@ -304,6 +343,29 @@ fn entries_that_describe_themselves_wrongly_are_refused() {
     let (_, mut d) = good();
     d.size = 8; // A descriptor that ends before its id.
     assert!(refusal(entry(d)).contains("its id is NULL"));
+
+    let (mut e, _) = good();
+    e.spare = 9;
+    assert!(refusal(e).contains("its spare field is 0x9, allowed is 0"));
+    let spoilt: [fn(&mut abi::Descriptor); 3] = [|d| d.flags = 1, |d| d.spare = 1, |d| d.spare_traces = 1];
+    for spoil in spoilt {
+        let (_, mut d) = good();
+        spoil(&mut d);
+        assert!(refusal(entry(d)).contains("its flags and spare fields are ["));
+    }
+    let names = |names: &[&str]| {
+        let list: Vec<_> = names.iter().map(|name| leaked(name)).collect();
+        let (_, mut d) = good();
+        (d.traces, d.trace_count) = (list.leak().as_ptr().cast(), names.len() as u32);
+        d
+    };
+    assert_eq!(Library::from_entry(leak(entry(names(&["fish", "whale_song2"]))), 1).map(|_| ()), Ok(()));
+    assert!(refusal(entry(names(&["fish", "fish"]))).contains("two of its traces are called \"fish\""));
+    assert!(refusal(entry(names(&["Fish"]))).contains("its trace \"Fish\" must be of a-z"));
+    assert!(refusal(entry(names(&["fish"; 17]))).contains("it has 17 trace names; the limit is 16"));
+    let mut d = names(&["fish"]);
+    d.traces = ptr::null();
+    assert!(refusal(entry(d)).contains("its trace names are NULL or misaligned"));
 }
 
 #[test]
@@ -331,12 +393,15 @@ fn parameters_that_make_no_sense_are_refused() {
         let mut d = descriptor();
         d.params = params.as_ptr();
         d.param_count = 1;
-        Library::from_entry(leak(entry(d)), 1).map(|_| ())
+        Library::from_entry(leak(entry(d)), 1).map(|(library, _)| library.notes().to_vec())
     };
-    assert_eq!(param(|_| {}), Ok(()));
+    assert_eq!(param(|_| {}), Ok(vec![]));
+    let later = |change: Change| param(change).unwrap().join("; ");
+    assert!(later(|p| p.kind = 9).contains("parameter 1: its kind 9 is not known here, and left out"));
+    assert!(later(|p| p.flags = 4).contains("parameter `size`: its flags 0x4 are not known here"));
     let cases: [(&str, Change); 6] = [
         ("its id is 0", |p| p.id = 0),
-        ("its kind is 9", |p| p.kind = 9),
+        ("its spare fields are [0, 7]", |p| p.spare[1] = 7),
         ("outside of its range", |p| p.default_value = 2.0),
         ("outside of its range", |p| p.maximum = f64::NAN),
         ("range above 0", |p| p.flags = abi::PARAM_LOG),

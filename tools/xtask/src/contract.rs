@@ -20,7 +20,7 @@ pub fn bless(root: &Path) -> Outcome {
     let mirror_path = root.join("sim-plugins/abi/src/lib.rs");
     let header = read(&header_path)?;
     let hash = hash(&header);
-    replace(&header_path, &header, LINE, &format!("{LINE} UINT64_C(0x{hash:016x})"))?;
+    replace(&header_path, &header, LINE, &format!("{LINE} 0x{hash:016x}ull"))?;
     let mirror = read(&mirror_path)?;
     let line = "pub const HEADER_HASH: u64 =";
     replace(&mirror_path, &mirror, line, &format!("{line} 0x{hash:016x};"))?;

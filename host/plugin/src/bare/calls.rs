@@ -56,7 +56,6 @@ pub struct Filled {
     /// Bytes that it says to have filled.
     pub size: u32,
     /// What it left where zero stood.
-    pub spare: u32,
     /// Functions of the table that are there.
     pub functions: [(&'static str, bool); 6],
     /// Nothing behind the size that it was given was written.
@@ -121,14 +120,7 @@ impl Plugin {
                 })
                 .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "destroy", message })?;
         }
-        Ok(Filled {
-            status,
-            message,
-            size: table.size,
-            spare: table.spare,
-            functions: functions(&table),
-            kept,
-        })
+        Ok(Filled { status, message, size: table.size, functions: functions(&table), kept })
     }
 
     /// Makes an instance whose host is a newer one.

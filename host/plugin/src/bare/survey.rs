@@ -5,7 +5,7 @@ use std::ffi::{CStr, c_char};
 use reef_abi as abi;
 
 use crate::{
-    info::{MOST_CHOICES, MOST_PARAMS, read_sized},
+    info::{MOST_CHOICES, MOST_PARAMS, MOST_TRACES, read_sized},
     library::Library,
 };
 
@@ -26,7 +26,7 @@ pub enum Text {
 pub struct Descriptor {
     pub size: u32,
     pub flags: u32,
-    pub spare: u32,
+    pub spare: [u32; 2],
     pub id: Text,
     pub name: Text,
     pub version: Text,
@@ -40,6 +40,9 @@ pub struct Descriptor {
     pub state_version: u32,
     pub state_min_version: u32,
     pub has_create: bool,
+    pub trace_count: u32,
+    /// None: NULL where they should be.
+    pub traces: Option<Vec<Text>>,
 }
 
 /// A parameter: the contract's `reef_param`.
@@ -110,12 +113,14 @@ impl Library {
 unsafe fn look(raw: &abi::Descriptor) -> Descriptor {
     let usable = !raw.params.is_null() && raw.params.is_aligned();
     let count = if usable { raw.param_count.min(MOST_PARAMS) } else { 0 };
+    let named = !raw.traces.is_null() && raw.traces.is_aligned();
     // SAFETY: the caller's promise, for each of them.
     unsafe {
+        let trace = |i: u32| text(*raw.traces.add(i as usize));
         Descriptor {
             size: raw.size,
             flags: raw.flags,
-            spare: raw.spare,
+            spare: [raw.spare, raw.spare_traces],
             id: text(raw.id),
             name: text(raw.name),
             version: text(raw.version),
@@ -128,6 +133,9 @@ unsafe fn look(raw: &abi::Descriptor) -> Descriptor {
             state_version: raw.state_version,
             state_min_version: raw.state_min_version,
             has_create: raw.create.is_some(),
+            trace_count: raw.trace_count,
+            traces: (named || raw.trace_count == 0)
+                .then(|| (0..raw.trace_count.min(MOST_TRACES)).map(trace).collect()),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `reef sim`: steps without a GPU; hashes, recordings, states.
 
 use std::{
+    collections::BTreeSet,
     io::{IsTerminal, Write},
     path::{Path, PathBuf},
     time::Instant,
@@ -52,8 +53,8 @@ pub struct Args {
     /// Record this plugin (or module of the scene) only; may be repeated. The sea's own flow is `host`.
     #[arg(long, value_name = "ID", requires = "record")]
     pub plugin: Vec<String>,
-    /// Record this stream only; may be repeated.
-    #[arg(long, value_name = "NAME", requires = "record", value_parser = record::STREAMS)]
+    /// Record this stream only, as the plugin names what it traces; may be repeated. The sea's own is `flow`.
+    #[arg(long, value_name = "NAME", requires = "record")]
     pub stream: Vec<String>,
     /// Record the object with this number only; may be repeated.
     #[arg(long, value_name = "NUMBER", requires = "record")]
@@ -275,5 +276,16 @@ fn check_filter(world: &World, filter: &record::Filter) -> Outcome {
             )));
         }
     }
-    Ok(())
+    let traces = world.modules().flat_map(|(_, info)| info.traces.iter().map(String::as_str));
+    let streams: BTreeSet<&str> = traces.chain([record::FLOW]).collect();
+    match filter.streams.iter().find(|wanted| !streams.contains(wanted.as_str())) {
+        Some(wanted) => {
+            let known: Vec<&str> = streams.into_iter().collect();
+            Err(Failure::input(miette::miette!(
+                "--stream {wanted}: nothing in this scene is recorded by that name; it has {}",
+                known.join(", ")
+            )))
+        }
+        None => Ok(()),
+    }
 }

@@ -6,14 +6,14 @@
 
 use std::io::{self, Write};
 
-use reef_abi as abi;
-
 use super::sea::World;
 
 /// The first line.
 pub const COLUMNS: &str = "step,time,plugin,stream,object,node,x,y,z,radius";
 /// Name of the host in the column `plugin`.
 pub const HOST: &str = "host";
+/// Name of the sea's flow in the column `stream`; the others are named by the plugins.
+pub const FLOW: &str = "flow";
 
 /// What is recorded; an empty list takes everything.
 #[derive(Clone, Debug, Default)]
@@ -25,9 +25,6 @@ pub struct Filter {
     /// Numbers of objects.
     pub objects: Vec<u64>,
 }
-
-/// Streams that a recording knows.
-pub const STREAMS: [&str; 6] = ["fibre", "seaweed", "fish", "particle", "jellyfish", "flow"];
 
 impl Filter {
     fn plugin(&self, id: &str, module: &str) -> bool {
@@ -55,7 +52,8 @@ pub fn write(world: &World, filter: &Filter, out: &mut impl Write) -> io::Result
         let shared = ids.iter().filter(|id| **id == info.id).count() > 1;
         let plugin = if shared { format!("{}/{name}", info.id) } else { info.id.clone() };
         for point in &outputs.trace {
-            let stream = stream(point.kind);
+            // Every trace has a kind that its plugin names: the step was looked at.
+            let stream = info.traces.get(point.kind as usize).map_or("", String::as_str);
             if filter.row(stream, point.object) {
                 line.clear();
                 let [x, y, z] = point.position.map(digits);
@@ -68,27 +66,16 @@ pub fn write(world: &World, filter: &Filter, out: &mut impl Write) -> io::Result
     }
     if filter.plugin(HOST, HOST) {
         for (object, flow) in frame.flow.iter().enumerate() {
-            if filter.row("flow", object as u64) {
+            if filter.row(FLOW, object as u64) {
                 line.clear();
                 let [x, y, z] = flow.position.map(digits);
                 line.extend_from_slice(&start);
-                writeln!(line, ",{HOST},flow,{object},0,{x},{y},{z},{}", digits(flow.strength.into()))?;
+                writeln!(line, ",{HOST},{FLOW},{object},0,{x},{y},{z},{}", digits(flow.strength.into()))?;
                 out.write_all(&line)?;
             }
         }
     }
     Ok(())
-}
-
-fn stream(kind: u32) -> &'static str {
-    match kind {
-        abi::TRACE_FIBRE => "fibre",
-        abi::TRACE_SEAWEED => "seaweed",
-        abi::TRACE_FISH => "fish",
-        abi::TRACE_PARTICLE => "particle",
-        abi::TRACE_JELLYFISH => "jellyfish",
-        _ => "unknown",
-    }
 }
 
 /// A number with twelve significant digits and no more than it needs, never in exponents.

@@ -8,7 +8,7 @@ use crate::{
 };
 use reef_abi as abi;
 
-use super::{Emitted, Fault, PIECE};
+use super::{Emitted, Fault, PIECE, Unknown};
 
 /// Farthest that anything may be from the origin of the world [m].
 pub const FARTHEST: f64 = 1e6;
@@ -89,11 +89,12 @@ pub(super) fn index(field: &'static str, value: u32, count: usize, of: &str) -> 
     fault(field, format!("is {value}, there are {count} {of}"))
 }
 
+/// Flags of which no bit has a meaning.
 #[inline(always)]
-pub(super) fn flags(value: u32, known: u32) -> Checked {
-    match value & !known {
+fn no_flags(value: u32) -> Checked {
+    match value {
         0 => Ok(()),
-        unknown => fault("flags", format!("has unknown bits {unknown:#x}")),
+        flags => fault("flags", format!("is {flags:#x}, allowed is 0")),
     }
 }
 
@@ -114,8 +115,11 @@ impl Emitted for abi::Object {
         }
         world("origin", self.origin)?;
         finite("bounds_center", self.bounds_center)?;
-        at_least("bounds_radius", self.bounds_radius, 0.0)?;
-        flags(self.flags, abi::FLAG_NO_BLEND)
+        at_least("bounds_radius", self.bounds_radius, 0.0)
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        Unknown::bits(self.flags, abi::FLAG_NO_BLEND)
     }
 
     fn id(&self) -> Option<u64> {
@@ -142,9 +146,6 @@ impl Emitted for abi::Material {
         for (field, color) in [("base", self.base), ("tip", self.tip), ("accent", self.accent)] {
             color.into_iter().try_for_each(|value| within(field, value, 0.0, 1.0))?;
         }
-        if self.pattern > abi::PATTERN_BLOTCHES {
-            return fault("pattern", format!("is {}, allowed is 0 to 4", self.pattern));
-        }
         texture(self.texture, &outputs.textures)?;
         at_least("pattern_scale", self.pattern_scale, 0.0)?;
         within("pattern_softness", self.pattern_softness, 0.0, 1.0)?;
@@ -154,6 +155,10 @@ impl Emitted for abi::Material {
         at_least("glow", self.glow, 0.0)?;
         within("roughness", self.roughness, 0.0, 1.0)?;
         within("specular", self.specular, 0.0, 1.0)
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        (self.pattern > abi::PATTERN_BLOTCHES).then_some(Unknown { field: "pattern", value: self.pattern })
     }
 
     fn id(&self) -> Option<u64> {
@@ -183,13 +188,16 @@ impl Emitted for abi::Fibre {
         if end > nodes as u64 {
             return fault("first_node", format!("and node_count end at {end}, there are {nodes} nodes"));
         }
-        flags(self.flags, FIBRE_FLAGS)?;
         if !SIDES.contains(&self.sides) {
             return fault("sides", format!("is {}, allowed is 3 to 64", self.sides));
         }
         above("flatness", self.flatness, 0.0)?;
         within("flatness", self.flatness, 0.0, 1.0)?;
         unit("normal", self.normal)
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        Unknown::bits(self.flags, FIBRE_FLAGS)
     }
 
     fn id(&self) -> Option<u64> {
@@ -254,11 +262,14 @@ impl Emitted for abi::Billboard {
         finite("roll", [self.roll])?;
         index("object", self.object, outputs.objects.len(), "objects")?;
         texture(self.texture, &outputs.textures)?;
-        flags(self.flags, BILLBOARD_FLAGS)?;
         match self.flags & abi::BILLBOARD_FACING {
             0 => unit("axis", self.axis),
             _ => Ok(()),
         }
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        Unknown::bits(self.flags, BILLBOARD_FLAGS)
     }
 
     fn id(&self) -> Option<u64> {
@@ -315,6 +326,7 @@ impl Emitted for abi::Flow {
         finite("gradient", [self.gradient])?;
         finite("level", [self.level])?;
         finite("axis", self.axis)?;
+        no_flags(self.flags)?;
         match self.kind {
             abi::FLOW_SOURCE | abi::FLOW_HOLE => above("peak", self.peak, 0.0),
             abi::FLOW_WHIRLWIND => {
@@ -323,8 +335,14 @@ impl Emitted for abi::Flow {
             }
             abi::FLOW_DIRECTIONAL => unit("axis", self.axis),
             abi::FLOW_SHELTER => within("strength", self.strength, 0.0, 1.0),
-            kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
+            // Whoever knows it reads it; the others pass it by.
+            _ => Ok(()),
         }
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        let known = abi::FLOW_SOURCE..=abi::FLOW_SHELTER;
+        (!known.contains(&self.kind)).then_some(Unknown { field: "kind", value: self.kind })
     }
 
     fn id(&self) -> Option<u64> {
@@ -350,6 +368,7 @@ impl Emitted for abi::Actor {
         world("position", self.position)?;
         finite("velocity", self.velocity)?;
         at_least("radius", self.radius, 0.0)?;
+        no_flags(self.flags)?;
         if self.forward == [0.0; 3] {
             return Ok(());
         }
@@ -394,13 +413,10 @@ impl Emitted for abi::DebugLine {
 impl Emitted for abi::Trace {
     const PIECE: Option<usize> = None;
 
-    fn check(&self, _: &Outputs) -> Checked {
+    fn check(&self, outputs: &Outputs) -> Checked {
         world("position", self.position)?;
         at_least("radius", self.radius, 0.0)?;
-        match self.kind {
-            abi::TRACE_FIBRE..=abi::TRACE_JELLYFISH => Ok(()),
-            kind => fault("kind", format!("is {kind}, allowed is 1 to 5")),
-        }
+        index("kind", self.kind, outputs.trace_kinds as usize, "names of traces in the descriptor")
     }
 
     fn id(&self) -> Option<u64> {

@@ -3,8 +3,8 @@
 use reef_abi as abi;
 
 use super::{
-    Emitted, Fault, PIECE,
-    elements::{Checked, FARTHEST_LOCAL, UNIT_TOLERANCE, above, at_least, fault, flags, index, within},
+    Emitted, Fault, PIECE, Unknown,
+    elements::{Checked, FARTHEST_LOCAL, UNIT_TOLERANCE, above, at_least, fault, index, within},
 };
 use crate::{Outputs, meshes::Mesh, retained};
 
@@ -123,7 +123,6 @@ impl Emitted for abi::Skinned {
     fn check(&self, outputs: &Outputs) -> Checked {
         index("object", self.object, outputs.objects.len(), "objects")?;
         index("material", self.material, outputs.materials.len(), "materials")?;
-        flags(self.flags, abi::FLAG_NO_BLEND)?;
         let joints = mesh(outputs, self.mesh)?.rest.len();
         if self.joint_count != 1 && self.joint_count as usize != joints {
             let allowed = if joints > 1 { format!("1 or the mesh's {joints}") } else { "1".to_owned() };
@@ -134,6 +133,10 @@ impl Emitted for abi::Skinned {
         above("scale", self.scale, 0.0)?;
         within("scale", self.scale, 0.0, FARTHEST_LOCAL)?;
         look([self.phase, self.hue, self.value, self.fade])
+    }
+
+    fn unknown(&self) -> Option<Unknown> {
+        Unknown::bits(self.flags, abi::FLAG_NO_BLEND)
     }
 
     fn id(&self) -> Option<u64> {
@@ -163,6 +166,10 @@ impl Emitted for abi::MeshDraw {
         }
     }
 
+    fn unknown(&self) -> Option<Unknown> {
+        Unknown::bits(self.flags, abi::FLAG_NO_BLEND)
+    }
+
     fn id(&self) -> Option<u64> {
         None
     }
@@ -181,7 +188,8 @@ impl Emitted for abi::MeshDraw {
         let sound = part.iter().all(|element| {
             let first = u64::from(element.first_vertex);
             let before = std::mem::replace(&mut end, first + u64::from(element.vertex_count));
-            before <= first && draw(element, outputs).is_ok()
+            let usual = element.spare_is_zero() && element.unknown().is_none();
+            before <= first && usual && draw(element, outputs).is_ok()
         });
         (sound, true)
     }
@@ -191,7 +199,6 @@ impl Emitted for abi::MeshDraw {
 fn draw(draw: &abi::MeshDraw, outputs: &Outputs) -> Checked {
     index("object", draw.object, outputs.objects.len(), "objects")?;
     index("material", draw.material, outputs.materials.len(), "materials")?;
-    flags(draw.flags, abi::FLAG_NO_BLEND)?;
     let vertices = mesh(outputs, draw.mesh)?.vertices.len();
     if draw.vertex_count as usize != vertices {
         return fault("vertex_count", format!("is {}, the mesh has {vertices}", draw.vertex_count));

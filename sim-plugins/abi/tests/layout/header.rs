@@ -120,25 +120,20 @@ fn constants(text: &str) -> Vec<(String, u64)> {
         if name.contains('(') || name == "REEF_EXPORT" || !name.starts_with("REEF_") {
             continue;
         }
-        let value = match value.trim() {
-            "((REEF_VERSION_MAJOR << 16) | REEF_VERSION_MINOR)" => {
-                let of = |wanted: &str| known.iter().find(|(n, _)| n == wanted).expect("defined before").1;
-                (of("REEF_VERSION_MAJOR") << 16) | of("REEF_VERSION_MINOR")
-            }
-            plain => literal(plain).unwrap_or_else(|| panic!("{name}: `{plain}` is no number")),
-        };
+        let plain = value.trim();
+        let value = literal(plain).unwrap_or_else(|| panic!("{name}: `{plain}` is no number"));
         known.push((name.to_owned(), value));
     }
     known
 }
 
 fn literal(text: &str) -> Option<u64> {
-    let text = text.trim_start_matches('(').trim_end_matches(')').trim_start_matches("UINT64_C(");
+    let text = text.trim_end_matches("ull").trim_end_matches('u');
     if let Some(hex) = text.strip_prefix("0x") {
         return u64::from_str_radix(hex, 16).ok();
     }
     if let Some(positive) = text.strip_prefix('-') {
         return positive.parse::<i64>().ok().map(|value| (-value) as u64);
     }
-    text.trim_end_matches('u').parse().ok()
+    text.parse().ok()
 }

@@ -66,7 +66,7 @@ pub fn structs() -> Vec<Struct> {
         "reef_writer" Writer { size, spare, ctx, write }
         "reef_reader" Reader { size, state_version, ctx, read }
         "reef_instance" Instance { size, spare, ctx, destroy, reset, step, save_state, load_state, get_param }
-        "reef_descriptor" Descriptor { size, flags, id, name, version, vendor, description, config_schema, params, param_count, state_version, state_min_version, spare, create }
+        "reef_descriptor" Descriptor { size, flags, id, name, version, vendor, description, config_schema, params, param_count, state_version, state_min_version, spare, create, traces, trace_count, spare_traces }
         "reef_entry" Entry { magic, size, version, header_hash, descriptor_count, spare, descriptors, open, close }
     }
 }
@@ -130,11 +130,6 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         FLOW_WHIRLWIND,
         FLOW_DIRECTIONAL,
         FLOW_SHELTER,
-        TRACE_FIBRE,
-        TRACE_SEAWEED,
-        TRACE_FISH,
-        TRACE_PARTICLE,
-        TRACE_JELLYFISH,
         EVENT_PARAM,
         EVENT_POKE,
         STEP_TRIAL,

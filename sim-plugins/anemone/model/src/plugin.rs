@@ -141,6 +141,10 @@ impl Plugin for Anemones {
     const STATE_MIN_VERSION: u32 = 2;
     type Config = Config;
 
+    fn traces() -> &'static [&'static str] {
+        &["fibre"]
+    }
+
     fn params() -> &'static [Param] {
         PARAMS
     }

@@ -292,7 +292,7 @@ fn trace(
             position: world(origin, node.position),
             radius: node.radius,
             node: k,
-            kind: abi::TRACE_FIBRE,
+            kind: 0,
             spare: 0,
         };
     }
@@ -308,6 +308,10 @@ impl Plugin for Kelp {
     const STATE_VERSION: u32 = 1;
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
+
+    fn traces() -> &'static [&'static str] {
+        &["fibre"]
+    }
 
     fn params() -> &'static [Param] {
         PARAMS
@@ -339,7 +343,9 @@ impl Plugin for Kelp {
         // Room first: after this nothing can fail that leaves half a step behind.
         let fibres = output.reserve::<abi::Fibre>(count * ALL_FIBRES)?;
         let nodes = output.reserve::<abi::FibreNode>(count * ALL_NODES)?;
-        let lines = output.reserve::<abi::DebugLine>(if input.wants_debug() { points } else { 0 })?;
+        // A host that takes no debug lines gets none: the step goes on.
+        let wanted = if input.wants_debug() { points } else { 0 };
+        let lines = output.offer::<abi::DebugLine>(wanted)?.unwrap_or_default();
         let reach = height + SPACING * (count as f32).sqrt();
         output.emit(&[abi::Object {
             id: 1,
@@ -412,7 +418,9 @@ impl Plugin for Kelp {
         }
         output.commit::<abi::Fibre>(count * ALL_FIBRES)?;
         output.commit::<abi::FibreNode>(count * ALL_NODES)?;
-        output.commit::<abi::DebugLine>(lines.len())?;
+        if !lines.is_empty() {
+            output.commit::<abi::DebugLine>(lines.len())?;
+        }
         if input.wants_trace() {
             trace(origin, fibres, nodes, output)?;
         }

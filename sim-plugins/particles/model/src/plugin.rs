@@ -194,6 +194,10 @@ impl Plugin for Particles {
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
 
+    fn traces() -> &'static [&'static str] {
+        &["particle"]
+    }
+
     fn params() -> &'static [Param] {
         PARAMS
     }

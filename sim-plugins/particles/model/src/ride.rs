@@ -480,7 +480,7 @@ fn emit(
                 }),
                 radius: look.size * ride.size,
                 node: (listed.first + number as u64) as u32,
-                kind: abi::TRACE_PARTICLE,
+                kind: 0,
                 spare: 0,
             };
         }

@@ -57,7 +57,7 @@ fn what_names_meshes_is_looked_at_element_by_element() {
     said(|o| o.skinned[0].scale = 0.0, "stream skinned, element 0: scale is 0, allowed is above 0");
     said(|o| o.skinned[0].fade = 1.5, "stream skinned, element 0: fade is 1.5, allowed is 0 to 1");
     said(|o| o.skinned[0].material = 1, "stream skinned, element 0: material is 1, there are 1 materials");
-    said(|o| o.skinned[1].flags = 4, "stream skinned, element 1: flags has unknown bits 0x4");
+    said(|o| o.skinned[1].spare[2] = 4, "stream skinned, element 1: spare is not zero");
     said(
         |o| o.mesh_draws[1].vertex_count = 5,
         "stream mesh draw, element 1: vertex_count is 5, the mesh has 6",

@@ -3,7 +3,7 @@
 //! chain to f32.
 
 use glam::DVec3;
-use reef_sdk::abi::{self, Trace};
+use reef_sdk::abi::Trace;
 
 use super::{Batch, Bed, Standing};
 use crate::frame::Frame;
@@ -25,7 +25,7 @@ impl Bed {
                         position: position.to_array(),
                         radius: batch.chunk.radius(lane, node as usize),
                         node,
-                        kind: abi::TRACE_FIBRE,
+                        kind: 0,
                         ..Trace::default()
                     })
                 })
