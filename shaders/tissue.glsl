@@ -7,7 +7,7 @@ struct Material {
     vec4 tip;
     vec4 accent;
     uint pattern;
-    uint layer;         // of its texture; 0: none
+    uint texels;        // handle of its texture; 0: none
     float pattern_scale;
     float pattern_softness;
     float translucency;

@@ -106,8 +106,8 @@ impl Gathered {
         self.materials.iter().any(|material| material.texture != 0)
     }
 
-    /// Puts layers in the place of the textures' ids, which only their instances know. `current`: the step
-    /// that was gathered.
+    /// Puts handles in the place of the textures' ids, which only their instances know; 0 for one that has no
+    /// room. `current`: the step that was gathered.
     pub fn find_textures(&mut self, current: &Frame, catalogue: &Catalogue) {
         let whose = current.outputs.iter().flat_map(|outputs| outputs.materials.iter().map(move |_| outputs));
         for (material, outputs) in self.materials.iter_mut().zip(whose) {

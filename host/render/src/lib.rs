@@ -52,6 +52,8 @@ mod sunlit;
 mod targets;
 mod terrain;
 #[cfg(test)]
+mod texture_tests;
+#[cfg(test)]
 mod tile_tests;
 pub mod tiles;
 mod tone;

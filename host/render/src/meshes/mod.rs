@@ -46,7 +46,7 @@ use self::{
 use super::{
     Shot,
     gather::{Gathered, GpuLine, GpuObject},
-    layers::Layers,
+    layers::{Edges, Layers},
     lod::Thresholds,
     quality::Quality,
     targets::Targets,
@@ -176,7 +176,7 @@ impl Meshes {
         }
         let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
         let used = subject.instances.iter().filter_map(used);
-        let variant = Variant::of(quality, used, gathered.is_textured());
+        let variant = Variant::of(quality, used);
         self.draws.choose(variant, |variant| Draws::new(&self.gpu, variant));
         self.reserve(&subject)?;
         self.steps.update(&self.gpu, [shot.previous, shot.current])?;
@@ -406,9 +406,11 @@ impl Meshes {
             (3, (&b.parts).into()),
         ];
         let mut pass = frame.pass(name);
-        if let (true, Some((texels, sampler))) = (self.draws.chosen().textured, layers.image()) {
-            pass = pass.read(texels, Access::FragmentSampled);
-            bound.push((4, Resource::Texture(texels, sampler)));
+        if self.draws.chosen().textures != 0 {
+            for texture in layers.images().into_iter().flatten() {
+                pass = pass.read(texture, Access::FragmentSampled);
+            }
+            bound.extend(layers.bindings(4, Edges::Around));
         }
         pass.read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
