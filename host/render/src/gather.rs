@@ -76,6 +76,10 @@ pub struct Stander {
     pub crown_radius: f32,
     /// Height of that above the base [m].
     pub crown_height: f32,
+    /// Share of the light that the crown takes away, of what a whole one does.
+    pub cover: f32,
+    /// How high it is, where its crown goes up from the ground [m]; 0: it is all at one height.
+    pub tall: f32,
 }
 
 /// Everything that the fibre and line passes upload for one picture.
@@ -299,6 +303,8 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
                     base_radius: root.radius,
                     crown_radius: 2.1 * top.radius.max(root.radius * 0.7),
                     crown_height: 1.2 * root.radius,
+                    cover: 1.0,
+                    tall: 0.0,
                 });
             } else {
                 let seen = roots[index].get_or_insert((at, at, root.radius));
@@ -317,6 +323,8 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
                     base_radius: reach,
                     crown_radius: reach * 1.6,
                     crown_height: reach,
+                    cover: 1.0,
+                    tall: 0.0,
                 });
             }
         }

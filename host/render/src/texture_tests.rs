@@ -20,7 +20,7 @@ use super::{
 use crate::Studio;
 
 /// A texture of grey texels, opaque.
-fn grey(width: u32, height: u32, texel: impl Fn(u32, u32) -> u8) -> Texture {
+pub(super) fn grey(width: u32, height: u32, texel: impl Fn(u32, u32) -> u8) -> Texture {
     let four = |i: u32| {
         let v = texel(i % width, i / width);
         [v, v, v, 255]
@@ -38,18 +38,23 @@ fn turned(texture: &Texture, by: u32) -> Texture {
 }
 
 /// White tissue with nothing of its own.
-fn white() -> abi::Material {
+pub(super) fn white() -> abi::Material {
     let color = [1.0; 4];
     abi::Material { base: color, tip: color, texture: 1, roughness: 1.0, ..abi::Material::default() }
 }
 
 /// A board of a metre that faces the eye and wears a texture from `from` to `to` along u.
-fn board(texture: Texture, [from, to]: [f32; 2]) -> Outputs {
+pub(super) fn board(texture: Texture, [from, to]: [f32; 2]) -> Outputs {
+    board_of(texture, [from, to], 0, 1.0)
+}
+
+/// The same as a mesh with these flags, so thick [m].
+pub(super) fn board_of(texture: Texture, [from, to]: [f32; 2], flags: u32, thickness: f32) -> Outputs {
     let vertex = |x: f32, y: f32| abi::MeshVertex {
         position: [x - 0.5, y - 0.5, 0.0],
         normal: abi::pack_normal([0.0, 0.0, 1.0]),
         uv: [from + (to - from) * x, y],
-        thickness: 1.0,
+        thickness,
         color: u32::MAX,
         ..abi::MeshVertex::default()
     };
@@ -61,6 +66,7 @@ fn board(texture: Texture, [from, to]: [f32; 2]) -> Outputs {
         vertices: &vertices,
         indices: &[0, 1, 2, 0, 2, 3],
         levels: &[level],
+        flags,
         ..Wanted::default()
     };
     let mesh = meshes.add(wanted).expect("sound").expect("room");

@@ -5,6 +5,9 @@ use reef_abi::Material;
 
 use super::{layers::size_bit, quality::Quality};
 
+/// What mirrors no more than this is not seen to mirror anything: a little more than tissue under water does.
+const TISSUE: f32 = 0.001;
+
 /// What is compiled into the shaders of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
@@ -14,6 +17,8 @@ pub struct Variant {
     pub patterns: u32,
     /// Bit n: some material has a texture of size n; 0: none has any.
     pub textures: u32,
+    /// Some material mirrors more light than tissue does.
+    pub shiny: bool,
 }
 
 impl Variant {
@@ -22,6 +27,7 @@ impl Variant {
         materials.fold(Self { quality, ..Self::default() }, |all, m| Self {
             patterns: all.patterns | 1_u32.checked_shl(m.pattern).unwrap_or(0),
             textures: all.textures | if m.texture == 0 { 0 } else { size_bit(m.texture) },
+            shiny: all.shiny || m.specular > TISSUE,
             ..all
         })
     }

@@ -153,7 +153,7 @@ impl Sizes {
 
 impl Wanted<'_> {
     fn check(&self) -> Result<(), String> {
-        if let unknown @ 1.. = self.flags & !(abi::MESH_DUAL | abi::MESH_TWO_SIDED) {
+        if let unknown @ 1.. = self.flags & !(abi::MESH_DUAL | abi::MESH_TWO_SIDED | abi::MESH_CUT_OUT) {
             return Err(format!("flags has unknown bits {unknown:#x}"));
         }
         for (i, vertex) in self.vertices.iter().enumerate() {
