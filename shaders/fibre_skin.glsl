@@ -18,7 +18,8 @@ layout(location = 3) in float edge; // distance from the middle of a ribbon [px]
 layout(location = 0) out vec4 color;
 
 #ifdef TEXTURED
-layout(set = 0, binding = 2) uniform sampler2DArray layers;
+#define TEXTURES 2
+#include "textures.glsl"
 #endif
 
 layout(constant_id = 2) const uint FRINGE = 0u; // 1: only what hides nothing
@@ -52,13 +53,12 @@ void main() {
     s.grazing = 1.0 - (round ? sqrt(1.0 - out_of * out_of) : cosine);
     s.skin = vec4(0.0);
 #ifdef TEXTURED
-    // The level by the size of a texel: differences between pixels are wrong where the texture begins anew
-    // around the fibre.
-    float texel = min(6.2831853 * s.radius_cm * 0.01, s.chain) / float(textureSize(layers, 0).x);
-    float level = log2(max(pixel_at(p) / max(texel, 1e-6), 1.0));
+    // How much of it a pixel is comes from the fibre's size: differences between pixels are wrong where the
+    // texture begins anew around the fibre.
+    float side = min(6.2831853 * s.radius_cm * 0.01, s.chain);
     float around = atan(s.circle.y, s.circle.x) * 0.15915494 + 0.5;
-    vec4 found = textureLod(layers, vec3(around, 1.0 - s.along, float(m.layer)), level);
-    s.skin = m.layer == 0u ? s.skin : found;
+    vec4 found = texel_of(m.texels, vec2(around, 1.0 - s.along), log2(pixel_at(p) / max(side, 1e-6)));
+    s.skin = m.texels == 0u ? s.skin : found;
 #endif
     vec3 light = tissue_light(m, look.x >> 24, look.y, s, p);
     float alpha = clamp(m.base.a * covered, 0.0, 1.0);

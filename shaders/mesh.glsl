@@ -9,6 +9,7 @@
 #define PLAIN 16u          // no texture
 #define SMOOTH 32u         // no pattern either
 #define LIT_VEIL 64u       // a veil that is lit at its vertices
+#define CUT_OUT 128u       // where its texture is less than half opaque there is nothing
 
 /// A mesh that stays on the device.
 struct Mesh {
@@ -69,7 +70,7 @@ struct Instance {
     float value;
     float fade;
     uint vertices_of;      // the instance whose vertices it draws, itself where it has its own
-    uint spare;
+    uint shade;            // of neighbours, two halves: how fast light fades downward [1/m], from which height on [m]
     vec4 bounds;           // of what is drawn anew: middle and radius relative to the object's origin [m]
 };
 

@@ -19,6 +19,25 @@ vec3 turned_hue(vec3 color, float angle) {
     return max(turned, 0.0);
 }
 
+/// Whether some material of the picture mirrors light; else that is not compiled in.
+layout(constant_id = 5) const uint SHINY = 1u;
+
+/// Share of the light that neighbours in a bed leave at the point `p`.
+float bed_open(uint shade, vec3 p) {
+    vec2 fade_top = unpackHalf2x16(shade);
+    return exp(-fade_top.x * max(fade_top.y - p.y, 0.0));
+}
+
+/// Sunlight that a surface mirrors softly toward the eye, as a share of what falls on it: Blinn and Phong,
+/// with as much energy as what it reflects.
+float mirrored(Material m, vec3 normal, vec3 to_eye) {
+    float narrow = 1.0 / max(m.roughness * m.roughness, 0.03);
+    float power = 2.0 * narrow * narrow;
+    vec3 half_way = normalize(view.sun.xyz + to_eye);
+    float facing = clamp(dot(normal, view.sun.xyz) * 4.0, 0.0, 1.0);
+    return m.specular * (power + 8.0) * 0.125 * pow(clamp(dot(normal, half_way), 0.0, 1.0), power) * facing;
+}
+
 /// Light that leaves the point `p` in eye space toward the eye.
 vec3 mesh_light(Material m, Instance instance, Skin s, vec3 p) {
     float along = clamp(s.uv.y, 0.0, 1.0);
@@ -33,9 +52,16 @@ vec3 mesh_light(Material m, Instance instance, Skin s, vec3 p) {
     albedo = turned_hue(albedo * s.color.rgb, instance.hue) * (1.0 + instance.value);
     albedo = min(albedo, 1.0);
 
-    float grazing = 1.0 - clamp(dot(s.normal, normalize(-p)), 0.0, 1.0);
+    vec3 to_eye = normalize(-p);
+    float grazing = 1.0 - clamp(dot(s.normal, to_eye), 0.0, 1.0);
     float rim = grazing * grazing;
-    return lit_tissue(m, albedo, s.normal, s.thickness_cm, 1.0, rim * rim, m.glow * s.glow, 0.6, p);
+    float open = bed_open(instance.shade, p);
+    vec3 light = lit_tissue(m, albedo, s.normal, s.thickness_cm, open, rim * rim, m.glow * s.glow, true, p);
+    if (SHINY != 0u) {
+        vec3 sun = view.sun_color.rgb * sea_light_at(depth_of(p));
+        light += sun * (mirrored(m, s.normal, to_eye) * open);
+    }
+    return light;
 }
 
 /// The share of what is behind a veil that it hides. The way through a sheet is the longer, the more askew it

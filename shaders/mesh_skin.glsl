@@ -24,13 +24,20 @@ layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materi
 layout(set = 0, binding = 2, std430) readonly buffer Instances { Instance instances[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Parts { Part parts[]; };
 #ifdef TEXTURED
-layout(set = 0, binding = 4) uniform sampler2DArray layers;
+#define TEXTURES 4
+#include "textures.glsl"
 #endif
 
 layout(constant_id = 2) const uint TWO_SIDED = 0u;
 layout(constant_id = 3) const uint LET_THROUGH = 0u; // a veil
 
 void main() {
+#ifdef TEXTURED
+    // Before pixels are left out: differences need whole quads.
+    vec2 across = dFdx(vec2(place_u.w, v_thickness_glow.x));
+    vec2 down = dFdy(vec2(place_u.w, v_thickness_glow.x));
+    float spread = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-16));
+#endif
     if (!has_pixel(unpackUnorm2x16(parts[part].shares), gl_FragCoord.xy)) discard;
     Instance instance = instances[part >> 1];
     Material m = materials[instance.material];
@@ -46,8 +53,11 @@ void main() {
     s.color = vec4(root_color.rgb * root_color.rgb, root_color.a);
     s.texture_color = vec4(0.0);
 #ifdef TEXTURED
-    vec4 found = texture(layers, vec3(s.uv.x, 1.0 - s.uv.y, float(m.layer)));
-    s.texture_color = m.layer == 0u ? s.texture_color : found;
+    vec4 found = texel_of(m.texels, vec2(s.uv.x, 1.0 - s.uv.y), spread);
+    bool cut = (instance.flags & CUT_OUT) != 0u;
+    if (cut && found.a < 0.5) discard;
+    found = cut ? vec4(found.rgb / max(found.a, 1e-3), 1.0) : found;
+    s.texture_color = m.texels == 0u ? s.texture_color : found;
 #endif
     vec3 light = mesh_light(m, instance, s, p);
     float alpha = LET_THROUGH != 0u ? veil_alpha(m, s, facing, p) : 1.0;

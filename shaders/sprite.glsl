@@ -3,7 +3,7 @@
 struct Sprite {
     vec4 place;  // middle in eye space [m]; w: diameter [m]
     vec4 axis;   // unit normal, zero: turned to the eye; w: turn about it [rad]
-    uvec4 look;  // half floats: linear colour times opacity, opacity; layer; zero
+    uvec4 look;  // half floats: linear colour times opacity, opacity; handle of the texture; zero
 };
 layout(set = 0, binding = 1, std430) readonly buffer Sprites { Sprite sprites[]; };
 

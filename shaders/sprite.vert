@@ -10,7 +10,7 @@
 layout(location = 0) out vec2 out_uv;
 layout(location = 1) flat out vec3 out_light;
 layout(location = 2) flat out vec4 out_fog;   // a: opacity
-layout(location = 3) flat out vec2 out_layer; // y: 1 / range over which it fades before what is behind it [1/m]
+layout(location = 3) flat out vec2 out_handle_soft; // texture's handle; 1 / range over which it fades before what is behind it [1/m]
 
 void main() {
     Sprite sprite = sprites[gl_VertexIndex >> 2];
@@ -33,5 +33,5 @@ void main() {
     out_uv = vec2(corner.x, -corner.y) * 0.5 + 0.5;
     out_light = sprite_light(p) * tint.rgb;
     out_fog = vec4(sprite_fog(p) * tint.a, tint.a);
-    out_layer = vec2(float(sprite.look.z), 1.0 / clamp(0.5 * sprite.place.w, 0.01, 1.0));
+    out_handle_soft = vec2(float(sprite.look.z), 1.0 / clamp(0.5 * sprite.place.w, 0.01, 1.0));
 }

@@ -7,14 +7,17 @@ struct Material {
     vec4 tip;
     vec4 accent;
     uint pattern;
-    uint layer;         // of its texture; 0: none
+    uint texels;        // handle of its texture; 0: none
     float pattern_scale;
     float pattern_softness;
     float translucency;
     float wrap;
     float rim;
     float glow;
-    vec4 rest[3];
+    float roughness;
+    float specular;     // reflectance at normal incidence
+    vec2 spare;
+    vec4 rest[2];
 };
 
 /// A place on a fibre's surface.
@@ -72,8 +75,8 @@ float pattern_share(Material m, float along, vec2 circle, vec3 place, float phas
 
 /// Light that leaves a place on tissue of the colour `albedo` toward the eye. `tissue_cm`: what light
 /// crosses; `open`: share of the light that neighbours leave; `rim`: how much it is seen at a grazing angle;
-/// `glow`: emitted; `sheet`: 1 where the other side is near and lit, too.
-vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float open, float rim, float glow, float sheet, vec3 p) {
+/// `glow`: emitted; `sheet`, the same wherever a shader calls it: the other side is near and lit, too.
+vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float open, float rim, float glow, bool sheet, vec3 p) {
     vec3 to_eye = normalize(-p);
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
@@ -92,19 +95,26 @@ vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float ope
     result += albedo * ambient_light(normal, sea, ground) * open;
 
     // Light through the tissue: of the sun, the more of it the nearer the line of sight comes to it, and of
-    // the bright window above. Both lobes are wide: the sun stands high, and whoever looks at a tentacle
-    // looks past it. What comes through has crossed the tissue and has more of its colour.
+    // the bright window above. What comes through has crossed the tissue and has more of its colour.
     vec3 sight = -to_eye;
-    float toward = 0.5 + 0.5 * dot(sight, normalize(light + normal * 0.3));
-    toward *= toward * toward;
     float upward = 0.5 + 0.5 * sight.y;
     float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
     vec3 tint = albedo * sqrt(albedo / peak);
-    vec3 through = sun * (10.0 * toward / (1.0 + 2.0 * toward) + 0.1)
-        + view.ambient.rgb * sea * (3.0 * upward * upward);
+    float share;
+    if (sheet) {
+        // A narrow lobe, as Barré-Brisebois and Bouchard (2011) have it, and what falls on the back and is
+        // spread on its way.
+        float toward = clamp(dot(sight, light + normal * 0.3), 0.0, 1.0);
+        toward *= toward;
+        share = 4.0 * toward * toward + 0.15 + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
+    } else {
+        // A wide one: the sun stands high, and whoever looks at a tentacle looks past it.
+        float toward = 0.5 + 0.5 * dot(sight, normalize(light + normal * 0.3));
+        toward *= toward * toward;
+        share = 10.0 * toward / (1.0 + 2.0 * toward) + 0.1;
+    }
+    vec3 through = sun * share + view.ambient.rgb * sea * (3.0 * upward * upward);
     result += tint * through * (thin * open);
-    // What falls on the back of a sheet.
-    result += tint * sun * (sheet * thin * clamp(-facing, 0.0, 1.0));
 
     // A rim of the water that is behind it.
     vec3 water = view.scattered.rgb * sea * from_above(sight) * toward_sun(sight);
@@ -144,5 +154,5 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     open = mix(open, 1.0, 0.7 * view.beam.w);
     float rim = s.grazing * s.grazing;
     rim *= foot ? rim : 1.3;
-    return lit_tissue(m, albedo, s.normal, s.tissue_cm, open, rim, m.glow * tip, 0.0, p);
+    return lit_tissue(m, albedo, s.normal, s.tissue_cm, open, rim, m.glow * tip, false, p);
 }

@@ -54,7 +54,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0x0a761bed800ccd37ull
+#define REEF_HEADER_HASH 0xb1a85e0b95449b68ull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)
@@ -428,7 +428,7 @@ typedef struct reef_flow_query {
 typedef struct reef_mesh_vertex {
   float position[3];    /* [m] */
   uint32_t normal;
-  float uv[2];          /* u around, v from root (0) to tip (1), -100..100; textures lie over 0..1 */
+  float uv[2];          /* u around, v from root (0) to tip (1), -100..100; textures lie over 0..1, and again and again around */
   float thickness;      /* [m] >= 0: tissue that light crosses, for materials with translucency */
   float glow;           /* >= 0, multiplies the material's */
   uint32_t color;       /* sRGB 0xAABBGGRR, multiplies the material's colours; AA: its opacity */
@@ -451,6 +451,7 @@ typedef struct reef_mesh_level {
 /* A mesh at rest: read during mesh_create alone. 88 bytes. */
 #define REEF_MESH_DUAL 256u      /* flags: joints are blended as dual quaternions; else linearly */
 #define REEF_MESH_TWO_SIDED 512u /* flags: seen, and lit, from both sides; else only from where its triangles are counter-clockwise */
+#define REEF_MESH_CUT_OUT 1024u  /* flags: where the material's texture is less than half opaque there is nothing; else it hides the colours */
 typedef struct reef_mesh {
   const char *name;             /* [opt] for messages */
   const reef_mesh_vertex *vertices;

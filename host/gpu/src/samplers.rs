@@ -17,8 +17,8 @@ use super::{
 pub struct SamplerDesc {
     /// Between pixels: blend linearly, or take the nearest.
     pub linear: bool,
-    /// Beyond the border: repeat, or hold the last pixel.
-    pub repeat: bool,
+    /// Beyond the left and right border, and beyond the others: repeat, or hold the last pixel.
+    pub repeat: [bool; 2],
     /// Look sharper at flat angles, where the device can.
     pub anisotropic: bool,
 }
@@ -42,16 +42,17 @@ impl Gpu {
         } else {
             (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST)
         };
-        let address =
-            if desc.repeat { vk::SamplerAddressMode::REPEAT } else { vk::SamplerAddressMode::CLAMP_TO_EDGE };
+        let [across, along] = desc.repeat.map(|repeat| {
+            if repeat { vk::SamplerAddressMode::REPEAT } else { vk::SamplerAddressMode::CLAMP_TO_EDGE }
+        });
         let anisotropic = desc.anisotropic && shared.info.optional.anisotropy;
         let info = vk::SamplerCreateInfo::default()
             .mag_filter(filter)
             .min_filter(filter)
             .mipmap_mode(mips)
-            .address_mode_u(address)
-            .address_mode_v(address)
-            .address_mode_w(address)
+            .address_mode_u(across)
+            .address_mode_v(along)
+            .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .anisotropy_enable(anisotropic)
             .max_anisotropy(shared.info.limits.max_sampler_anisotropy.clamp(1.0, 8.0))
             .max_lod(vk::LOD_CLAMP_NONE);

@@ -78,7 +78,7 @@ pub(super) fn draw(gpu: &Gpu, frames: &mut Frames) -> Result<Picture> {
     let half = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
     let desc = GraphicsDesc::new("sample", "selftest_picture.vert", "selftest_sample.frag");
     let sample = Pipeline::graphics(gpu, &GraphicsDesc { color: &color, ..desc });
-    let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: false, anisotropic: false })?;
+    let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: [false; 2], anisotropic: false })?;
     let mut fetched = Vec::new();
     for _ in 0..3 {
         let mut frame = frames.begin()?;

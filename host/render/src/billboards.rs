@@ -13,7 +13,7 @@ use reef_gpu::{
 
 use super::{
     formats::{DEPTH, LIGHT},
-    layers::Layers,
+    layers::{Edges, Layers},
     quality::{ByQuality, Quality},
     sprites::{Kind, Seen, Sizes},
     targets::Targets,
@@ -62,7 +62,7 @@ impl Billboards {
             gpu: gpu.clone(),
             specks: ByQuality::new(gpu, &specks),
             quads: ByQuality::new(gpu, &desc("sprites", "sprite.vert", "sprite.frag")),
-            sampler: gpu.sampler(SamplerDesc { linear: false, repeat: false, anisotropic: false })?,
+            sampler: gpu.sampler(SamplerDesc { linear: false, repeat: [false; 2], anisotropic: false })?,
             indices: None,
             seen: Seen::default(),
         })
@@ -108,16 +108,21 @@ impl Billboards {
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;
-        let (Some((texels, sampler)), false) = (layers.image(), self.seen.draws.is_empty()) else {
+        let (Some(textures), false) = (layers.images(), self.seen.draws.is_empty()) else {
             return Ok(());
         };
         let sprites = frame.upload(&self.seen.sprites)?;
+        let mut quads = layers.bindings(3, Edges::Hold);
+        quads.extend([(0, view.into()), (1, sprites.into())]);
+        quads.push((2, Resource::Texture(targets.depth, self.sampler)));
         let mut pass = frame
             .pass("sprites")
-            .read(texels, Access::FragmentSampled)
             .read(targets.depth, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly);
+        for texture in textures {
+            pass = pass.read(texture, Access::FragmentSampled);
+        }
         if let Some((_, indices)) = &self.indices {
             pass = pass.read(indices, Access::IndexRead);
         }
@@ -132,12 +137,7 @@ impl Billboards {
                         }
                         Kind::Quad => {
                             cmd.pipeline(self.quads.get(quality))?;
-                            cmd.bind(&[
-                                (0, view.into()),
-                                (1, sprites.into()),
-                                (2, Resource::Texture(texels, sampler)),
-                                (3, Resource::Texture(targets.depth, self.sampler)),
-                            ])?;
+                            cmd.bind(&quads)?;
                         }
                     }
                     cmd.push(&Push { least })?;

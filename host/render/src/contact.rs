@@ -101,8 +101,14 @@ fn stander_blots(s: &Stander, slant: Vec2, blots: &mut Vec<Blot>) {
         channel,
     };
     blots.push(round(s.base_radius * 1.15, 0.6, 0.75, 0, Vec2::ZERO));
-    blots.push(round(s.crown_radius, 0.8, 0.45, 0, Vec2::ZERO));
-    blots.push(round(s.crown_radius * 0.9, 0.5, 0.62, 1, slant * s.crown_height));
+    blots.push(round(s.crown_radius, 0.8, 0.45 * s.cover, 0, Vec2::ZERO));
+    // A high crown's shadow is as much longer as the sun stands askew, and as much fainter.
+    let half_way = slant * (0.5 * s.tall);
+    let longer = 1.0 + half_way.length() / s.crown_radius.max(1e-6);
+    let strength = 0.62 * s.cover / longer;
+    let shadow = round(s.crown_radius * 0.9, 0.5, strength, 1, slant * s.crown_height + half_way);
+    let half = shadow.half * Vec2::new(longer, 1.0);
+    blots.push(Blot { half, yaw: (-slant.y).atan2(slant.x), ..shadow });
     blots.push(round(s.base_radius * 1.1, 0.5, 0.5, 1, slant * s.crown_height * 0.5));
 }
 
@@ -155,7 +161,15 @@ mod tests {
 
     fn stander() -> Stander {
         let base = DVec3::new(-1.0, -4.0, 0.5);
-        Stander { origin: base, base, base_radius: 0.05, crown_radius: 0.12, crown_height: 0.1 }
+        Stander {
+            origin: base,
+            base,
+            base_radius: 0.05,
+            crown_radius: 0.12,
+            crown_height: 0.1,
+            cover: 1.0,
+            tall: 0.0,
+        }
     }
 
     fn at(map: &ContactMap, x: f64, z: f64) -> [u8; 2] {
@@ -171,6 +185,26 @@ mod tests {
         assert!(at(&map, -1.0, 0.5)[0] < 80);
         assert!(map.texels[..SIZE * 2].iter().all(|v| *v == 255));
         assert!(at(&map, 1.4, -1.8)[0] < 120, "under the rock");
+    }
+
+    #[test]
+    fn a_high_thin_crown_throws_a_long_faint_shadow_and_a_whole_low_one_a_short_dark_one() {
+        let environment = sample::environment();
+        let sun = environment.sun.direction;
+        let away = DVec2::new(-f64::from(sun.x), -f64::from(sun.z)).normalize();
+        let crown = Stander { crown_radius: 0.3, base_radius: 0.02, crown_height: 0.0, ..stander() };
+        let dark = |s: Stander, distance: f64| {
+            let map = ContactMap::new(&environment, &[s]);
+            255 - at(&map, s.base.x + away.x * distance, s.base.z + away.y * distance)[1]
+        };
+        // A metre high, its shadow ends so far away.
+        let end = f64::from((1.0 - sun.y * sun.y).sqrt() / sun.y);
+        let tall = Stander { tall: 1.0, ..crown };
+        assert!(dark(tall, end) > 20 && dark(crown, 0.4 + end) == 0, "{}", dark(tall, end));
+        assert!(dark(tall, 0.15) < dark(crown, 0.15));
+        let thin = Stander { cover: 0.25, ..crown };
+        let ratio = f32::from(dark(thin, 0.15)) / f32::from(dark(crown, 0.15));
+        assert!((ratio - 0.25).abs() < 0.03, "{ratio}");
     }
 
     #[test]

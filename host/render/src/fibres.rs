@@ -21,13 +21,13 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use reef_gpu::{
     Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
-    Pipeline, Resource, Result, Upload, VertexDesc,
+    Pipeline, Result, Upload, VertexDesc,
 };
 
 use super::{
     formats::DEPTH,
     gather::Gathered,
-    layers::Layers,
+    layers::{Edges, Layers},
     lod::{RINGS, Thresholds},
     quality::Quality,
     targets::Targets,
@@ -196,7 +196,7 @@ impl Fibres {
             return Ok(());
         }
         let count = gathered.fibres.len() as u32;
-        let variant = Variant::of(quality, gathered.materials.iter(), gathered.is_textured());
+        let variant = Variant::of(quality, gathered.materials.iter());
         self.draws.choose(variant, |variant| {
             let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
                 .map(|(name, fringe)| draw_pipeline(&self.gpu, name, variant, fringe));
@@ -333,9 +333,11 @@ impl Fibres {
         let Some(draws) = self.draws.get() else { return Ok(()) };
         let mut bound = vec![(0, view.into()), (1, materials.into())];
         let mut pass = frame.pass("fibres: draw");
-        if let (true, Some((texels, sampler))) = (self.draws.chosen().textured, layers.image()) {
-            pass = pass.read(texels, Access::FragmentSampled);
-            bound.push((2, Resource::Texture(texels, sampler)));
+        if self.draws.chosen().textures != 0 {
+            for texture in layers.images().into_iter().flatten() {
+                pass = pass.read(texture, Access::FragmentSampled);
+            }
+            bound.extend(layers.bindings(2, Edges::Around));
         }
         pass.read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
@@ -449,11 +451,16 @@ fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipel
         vertices: &vertices,
         color: &[(variant.quality.format(), Blend::Alpha)],
         depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !fringe }),
-        constants: &[variant.quality.constant(), (1, variant.patterns), (2, u32::from(fringe))],
+        constants: &[
+            variant.quality.constant(),
+            (1, variant.patterns),
+            (2, u32::from(fringe)),
+            (4, variant.textures),
+        ],
         ..GraphicsDesc::new(
             name,
             "fibre.vert",
-            if variant.textured { "fibre_textured.frag" } else { "fibre.frag" },
+            if variant.textures != 0 { "fibre_textured.frag" } else { "fibre.frag" },
         )
     };
     Pipeline::graphics(gpu, &draw)

@@ -81,6 +81,10 @@ pub struct Stander {
     pub crown_radius: f32,
     /// Height of that above the base [m].
     pub crown_height: f32,
+    /// Share of the light that the crown takes away, of what a whole one does.
+    pub cover: f32,
+    /// How high it is, where its crown goes up from the ground [m]; 0: it is all at one height.
+    pub tall: f32,
 }
 
 /// Everything that the fibre and line passes upload for one picture.
@@ -111,8 +115,8 @@ impl Gathered {
         self.materials.iter().any(|material| material.texture != 0)
     }
 
-    /// Puts layers in the place of the textures' ids, which only their instances know. `current`: the step
-    /// that was gathered.
+    /// Puts handles in the place of the textures' ids, which only their instances know; 0 for one that has no
+    /// room. `current`: the step that was gathered.
     pub fn find_textures(&mut self, current: &Frame, catalogue: &Catalogue) {
         let whose = current.outputs.iter().flat_map(|outputs| outputs.materials.iter().map(move |_| outputs));
         for (material, outputs) in self.materials.iter_mut().zip(whose) {
@@ -309,6 +313,8 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
                     base_radius: root.radius,
                     crown_radius: 2.1 * top.radius.max(root.radius * 0.7),
                     crown_height: 1.2 * root.radius,
+                    cover: 1.0,
+                    tall: 0.0,
                 });
             } else {
                 let seen = roots[index].get_or_insert((at, at, root.radius));
@@ -327,6 +333,8 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
                     base_radius: reach,
                     crown_radius: reach * 1.6,
                     crown_height: reach,
+                    cover: 1.0,
+                    tall: 0.0,
                 });
             }
         }

@@ -31,6 +31,8 @@ mod formats;
 pub mod gather;
 pub mod layers;
 #[cfg(test)]
+mod leaf_tests;
+#[cfg(test)]
 mod light_tests;
 mod lines;
 pub mod lod;
@@ -51,6 +53,8 @@ mod studio;
 mod sunlit;
 mod targets;
 mod terrain;
+#[cfg(test)]
+mod texture_tests;
 #[cfg(test)]
 mod tile_tests;
 pub mod tiles;
@@ -230,11 +234,14 @@ impl Renderer {
         }
         let marked = markers::mark(shot.previous, shot.current, shot.alpha, &lens, settings.markers);
         gathered.lines.extend_from_slice(&marked.lines);
+        self.meshes.stand(shot)?;
         if let Some(terrain) = &environment.terrain {
             if settings.quality == Quality::Low {
                 self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
             }
-            self.textures.update(&self.gpu, environment, &gather::standers(shot.current))?;
+            let mut standers = gather::standers(shot.current);
+            standers.extend(self.meshes.standers());
+            self.textures.update(&self.gpu, environment, &standers)?;
         }
         let quality = settings.quality;
         let attachments =

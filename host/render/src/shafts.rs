@@ -52,7 +52,7 @@ impl Shafts {
             depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
             ..GraphicsDesc::new("shafts", "shaft.vert", "shaft.frag")
         };
-        let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: false, anisotropic: false })?;
+        let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: [false; 2], anisotropic: false })?;
         Ok(Self { pipeline: Pipeline::graphics(gpu, &desc), sampler })
     }
 

@@ -33,7 +33,7 @@ pub struct Tone {
 impl Tone {
     /// Nothing is described before the first target is known.
     pub fn new(gpu: &Gpu) -> Result<Self> {
-        let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: false, anisotropic: false })?;
+        let sampler = gpu.sampler(SamplerDesc { linear: false, repeat: [false; 2], anisotropic: false })?;
         Ok(Self { gpu: gpu.clone(), pipelines: Vec::new(), sampler })
     }
 

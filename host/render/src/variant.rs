@@ -3,7 +3,10 @@
 
 use reef_abi::Material;
 
-use super::quality::Quality;
+use super::{layers::size_bit, quality::Quality};
+
+/// What mirrors no more than this is not seen to mirror anything: a little more than tissue under water does.
+const TISSUE: f32 = 0.001;
 
 /// What is compiled into the shaders of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -12,15 +15,21 @@ pub struct Variant {
     pub quality: Quality,
     /// Bit n: some material has pattern n.
     pub patterns: u32,
-    /// Some material has a texture.
-    pub textured: bool,
+    /// Bit n: some material has a texture of size n; 0: none has any.
+    pub textures: u32,
+    /// Some material mirrors more light than tissue does.
+    pub shiny: bool,
 }
 
 impl Variant {
-    /// What these materials need.
-    pub fn of<'a>(quality: Quality, materials: impl Iterator<Item = &'a Material>, textured: bool) -> Self {
-        let patterns = materials.fold(0, |all, m| all | 1_u32.checked_shl(m.pattern).unwrap_or(0));
-        Self { quality, patterns, textured }
+    /// What these materials need, whose textures are handles already.
+    pub fn of<'a>(quality: Quality, materials: impl Iterator<Item = &'a Material>) -> Self {
+        materials.fold(Self { quality, ..Self::default() }, |all, m| Self {
+            patterns: all.patterns | 1_u32.checked_shl(m.pattern).unwrap_or(0),
+            textures: all.textures | if m.texture == 0 { 0 } else { size_bit(m.texture) },
+            shiny: all.shiny || m.specular > TISSUE,
+            ..all
+        })
     }
 }
 

@@ -16,7 +16,7 @@ pub const MOST_MESHES: usize = 256;
 /// Most vertices of a mesh.
 pub const MOST_VERTICES: u32 = 1 << 20;
 /// Flags of meshes that mean something here.
-pub const FLAGS: u32 = abi::MESH_DUAL | abi::MESH_TWO_SIDED;
+pub const FLAGS: u32 = abi::MESH_DUAL | abi::MESH_TWO_SIDED | abi::MESH_CUT_OUT;
 /// Most vertices of all meshes of an instance.
 pub const MOST_VERTICES_IN_ALL: usize = 1 << 22;
 /// Most indices of all meshes of one instance.

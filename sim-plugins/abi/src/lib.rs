@@ -17,7 +17,7 @@ pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps
 /// it true.
-pub const HEADER_HASH: u64 = 0x0a761bed800ccd37;
+pub const HEADER_HASH: u64 = 0xb1a85e0b95449b68;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included
@@ -586,7 +586,7 @@ pub struct MeshVertex {
     /// [m]
     pub position: [f32; 3],
     pub normal: u32,
-    /// u around, v from root (0) to tip (1), -100..100; textures lie over 0..1
+    /// u around, v from root (0) to tip (1), -100..100; textures lie over 0..1, and again and again around
     pub uv: [f32; 2],
     /// [m] >= 0: tissue that light crosses, for materials with translucency
     pub thickness: f32,
@@ -622,6 +622,8 @@ pub struct MeshLevel {
 pub const MESH_DUAL: u32 = 256;
 /// flags: seen, and lit, from both sides; else only from where its triangles are counter-clockwise
 pub const MESH_TWO_SIDED: u32 = 512;
+/// flags: where the material's texture is less than half opaque there is nothing; else it hides the colours
+pub const MESH_CUT_OUT: u32 = 1024;
 
 /// A mesh at rest: read during mesh_create alone. 88 bytes.
 #[repr(C)]

@@ -23,7 +23,7 @@ impl Draws {
             light: Pipeline::compute(
                 gpu,
                 "mesh_lit.comp",
-                &[variant.quality.constant(), (1, variant.patterns)],
+                &[variant.quality.constant(), (1, variant.patterns), (5, u32::from(variant.shiny))],
             ),
         }
     }
@@ -54,11 +54,13 @@ fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil
             (1, variant.patterns),
             (2, u32::from(two_sided)),
             (3, u32::from(veil)),
+            (4, variant.textures),
+            (5, u32::from(variant.shiny)),
         ],
         ..GraphicsDesc::new(
             name,
             "mesh.vert",
-            if variant.textured { "mesh_textured.frag" } else { "mesh.frag" },
+            if variant.textures != 0 { "mesh_textured.frag" } else { "mesh.frag" },
         )
     };
     Pipeline::graphics(gpu, &draw)

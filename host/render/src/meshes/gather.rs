@@ -9,7 +9,8 @@ use reef_streams::{Outputs, frame::Frame, meshes::Mesh, retained};
 
 use super::{
     library::Shelf,
-    records::{DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
+    records::{CUT_OUT, DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
+    stand::Canopy,
     steps,
 };
 use crate::{quality::Quality, view::Lens};
@@ -83,6 +84,13 @@ pub fn gather(
     all.most_vertices = drawn.map(|(_, instance)| shelf.most(instance.mesh).0).sum();
     all.most_indices = all.instances.iter().map(|instance| shelf.most(instance.mesh).1).sum();
     all
+}
+
+impl Subject {
+    /// Takes from instances the light that neighbours in their bed keep.
+    pub fn shade(&mut self, canopy: &Canopy) {
+        self.instances.iter_mut().for_each(|instance| instance.shade = canopy.shade(instance.object));
+    }
 }
 
 /// Puts veils behind all else, from far to near. What an object's elements turn away from the eye comes
@@ -171,6 +179,9 @@ impl Steps<'_> {
         };
         if surface.base[3] < 1.0 || !mesh.opaque {
             flags |= VEIL;
+        }
+        if surface.texture != 0 && mesh.flags & abi::MESH_CUT_OUT != 0 {
+            flags |= CUT_OUT;
         }
         let [phase, hue, value, fade] = look;
         Some(GpuInstance {

@@ -8,7 +8,10 @@ use reef_abi as abi;
 use reef_gpu::{Buffer, Gpu, Result};
 use reef_streams::{frame::Frame, meshes::Mesh};
 
-use super::records::{DUAL, GpuLevel, GpuMesh, GpuRest, GpuVertex, TWO_SIDED};
+use super::{
+    records::{DUAL, GpuLevel, GpuMesh, GpuRest, GpuVertex, TWO_SIDED},
+    stand::Form,
+};
 use crate::sprites::linear;
 
 /// All that stays of meshes, as the device has it.
@@ -26,6 +29,8 @@ pub struct Shelf {
     pub bones: Vec<u32>,
     /// Three a triangle, into the mesh's vertices.
     pub indices: Vec<u32>,
+    /// How each mesh stands.
+    pub forms: Vec<Form>,
     numbers: HashMap<[u8; 32], u32>,
 }
 
@@ -55,6 +60,7 @@ impl Shelf {
             return;
         }
         self.numbers.insert(mesh.hash, self.meshes.len() as u32);
+        self.forms.push(Form::of(mesh));
         let flag = |theirs: u32, ours: u32| if mesh.flags & theirs != 0 { ours } else { 0 };
         self.meshes.push(GpuMesh {
             first_vertex: self.vertices.len() as u32,

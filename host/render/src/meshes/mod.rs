@@ -21,6 +21,7 @@ pub mod gather;
 pub mod library;
 pub mod records;
 pub mod sample;
+pub mod stand;
 pub mod steps;
 #[cfg(test)]
 mod tests;
@@ -41,12 +42,13 @@ use self::{
         BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, GROUPS, GpuPart, LIGHT_GROUPS, VERTEX_WORDS,
         command,
     },
+    stand::{Canopy, Standing},
     steps::Steps,
 };
 use super::{
     Shot,
-    gather::{Gathered, GpuLine, GpuObject},
-    layers::Layers,
+    gather::{Gathered, GpuLine, GpuObject, Stander},
+    layers::{Edges, Layers},
     lod::Thresholds,
     quality::Quality,
     targets::Targets,
@@ -133,6 +135,7 @@ pub struct Meshes {
     picture: Option<Picture>,
     /// Vertices of one picture at most: their buffer has to stay within what the device can bind.
     pub(crate) most_vertices: u64,
+    standing: Vec<Standing>,
 }
 
 impl Meshes {
@@ -153,7 +156,22 @@ impl Meshes {
             buffers: None,
             picture: None,
             most_vertices: u64::from(gpu.info().limits.max_storage_buffer_range) / (VERTEX_WORDS as u64 * 4),
+            standing: Vec::new(),
         }
+    }
+
+    /// Looks at what stands on the ground of a picture: before the ground is drawn, and the meshes are.
+    pub fn stand(&mut self, shot: &Shot<'_>) -> Result<()> {
+        self.library.update(&self.gpu, shot.current)?;
+        let terrain = shot.environment.terrain.as_deref();
+        let standing = |t| stand::standing(shot.previous, shot.current, t, &self.library.shelf);
+        self.standing = terrain.map(standing).unwrap_or_default();
+        Ok(())
+    }
+
+    /// What stands on the ground of the picture, as the ground feels it.
+    pub fn standers(&self) -> impl Iterator<Item = Stander> + '_ {
+        self.standing.iter().map(Standing::stander)
     }
 
     /// The compute passes. `limits` None: everything at its finest level, nothing culled.
@@ -167,16 +185,17 @@ impl Meshes {
         quality: Quality,
     ) -> Result<()> {
         self.picture = None;
-        self.library.update(&self.gpu, shot.current)?;
-        let subject =
+        let canopy = Canopy::new(&self.standing, lens.eye.y);
+        let mut subject =
             gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
+        subject.shade(&canopy);
         if subject.instances.is_empty() {
             self.steps.forget();
             return Ok(());
         }
         let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
         let used = subject.instances.iter().filter_map(used);
-        let variant = Variant::of(quality, used, gathered.is_textured());
+        let variant = Variant::of(quality, used);
         self.draws.choose(variant, |variant| Draws::new(&self.gpu, variant));
         self.reserve(&subject)?;
         self.steps.update(&self.gpu, [shot.previous, shot.current])?;
@@ -406,9 +425,11 @@ impl Meshes {
             (3, (&b.parts).into()),
         ];
         let mut pass = frame.pass(name);
-        if let (true, Some((texels, sampler))) = (self.draws.chosen().textured, layers.image()) {
-            pass = pass.read(texels, Access::FragmentSampled);
-            bound.push((4, Resource::Texture(texels, sampler)));
+        if self.draws.chosen().textures != 0 {
+            for texture in layers.images().into_iter().flatten() {
+                pass = pass.read(texture, Access::FragmentSampled);
+            }
+            bound.extend(layers.bindings(4, Edges::Around));
         }
         pass.read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)

@@ -22,6 +22,9 @@ pub const SMOOTH: u32 = 32;
 /// [`GpuInstance::flags`]: of a veil that is lit at its vertices.
 pub const LIT_VEIL: u32 = 64;
 
+/// [`GpuInstance::flags`]: where its texture is less than half opaque there is nothing.
+pub const CUT_OUT: u32 = 128;
+
 /// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils
 /// by pixels and at vertices.
 pub const BINS: usize = 6;
@@ -150,8 +153,8 @@ pub struct GpuInstance {
     pub fade: f32,
     /// The instance whose vertices it draws.
     pub vertices_of: u32,
-    /// 0.
-    pub spare: u32,
+    /// What its neighbours take of the light: see [`super::stand::Canopy::shade`].
+    pub shade: u32,
     /// Of what is drawn anew: middle and radius relative to the object's origin [m].
     pub bounds: [f32; 4],
 }

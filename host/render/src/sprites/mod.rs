@@ -44,7 +44,7 @@ pub struct GpuSprite {
     pub roll: f32,
     /// Half floats: linear colour times opacity, and opacity. For a speck times the mean of its texture.
     pub tint: [u16; 4],
-    /// Layer of its texture.
+    /// Handle of its texture.
     pub layer: u32,
     /// Zero.
     pub spare: u32,
@@ -90,7 +90,7 @@ pub struct Eye {
 /// Where a texture lies, and what is left of it from far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// In the array.
+    /// Its handle, as [`crate::layers`] gives it.
     pub index: u32,
     /// Mean of its texels: linear light times coverage, and coverage.
     pub mean: [f32; 4],

@@ -137,6 +137,7 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         STEP_DEBUG,
         MESH_DUAL,
         MESH_TWO_SIDED,
+        MESH_CUT_OUT,
         TEXTURE_RGBA8_SRGB,
         TEXTURE_RGBA8,
         PARAM_FLOAT,
