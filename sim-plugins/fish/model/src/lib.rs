@@ -24,10 +24,14 @@
 //! along +x; y is up, z to its right.
 
 pub mod body;
+pub mod frames;
+pub mod gait;
 mod kernel;
 mod lanes;
 pub mod material;
 pub mod reference;
+pub mod shoal;
+pub mod species;
 pub mod tank;
 
 pub use kernel::{Plan, bare};

@@ -138,6 +138,12 @@ impl Tank {
         self.velocities[range].copy_from_slice(velocities);
     }
 
+    /// Both of them, to be changed.
+    pub(crate) fn nodes_mut(&mut self, fish: usize) -> (&mut [[f32; 3]], &mut [[f32; 3]]) {
+        let range = self.nodes_of(fish);
+        (&mut self.positions[range.clone()], &mut self.velocities[range])
+    }
+
     /// Centre of a fish's nodes [m, world].
     pub fn center(&self, fish: usize) -> DVec3 {
         let swimmer = &self.swimmers[fish];

@@ -1,8 +1,14 @@
 //! What a fish must do, as properties and closed forms.
 
 mod body;
+mod carry;
 mod equations;
 mod extremes;
+mod frames;
+mod mind;
+mod poses;
+mod shoal;
+mod species;
 mod swimming;
 
 use glam::DVec3;
