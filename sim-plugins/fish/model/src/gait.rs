@@ -92,7 +92,7 @@ impl Gait {
         let step = |tank: &mut Tank| tank.step_all(dt, &self.stepping, Level::best(), Workers::inline());
         (0..SETTLING * STEPS).for_each(|_| step(&mut tank));
         let starts: Vec<DVec3> = (0..BEATS).map(|lane| tank.center(lane)).collect();
-        let mut tracks = vec![Vec::with_capacity(STEPS); BEATS];
+        let mut tracks: Vec<Vec<_>> = (0..BEATS).map(|_| Vec::with_capacity(STEPS)).collect();
         for at in 0..STEPS {
             for (lane, track) in tracks.iter_mut().enumerate() {
                 // (lane + 1) at / STEPS beats have gone: a sixteenth?

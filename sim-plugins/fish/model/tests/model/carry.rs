@@ -3,7 +3,7 @@
 use glam::DVec3;
 use reef_fish_model::{
     shoal::{Host, Kind, Shoal, Start, Surroundings, id_of},
-    species::Singularity,
+    species::{Singularity, Species},
 };
 use reef_sdk::abi::{self, Flow};
 
@@ -13,9 +13,9 @@ use crate::{
     species::species,
 };
 
-/// A fish of a species that swims past an anemone, and what it emits at each step.
-fn passing(name: &str, near: f64) -> Vec<Option<Flow>> {
-    let mut species = species(name);
+/// A fish of a species that swims past an anemone: what it emits at each step, and where it ends.
+fn passing(species: &Species, near: f64) -> (Vec<Option<Flow>>, DVec3) {
+    let mut species = species.clone();
     species.mind.wander = 0.0;
     species.mind.home = 0.0;
     let kind = Kind::new(&species, Vec::new()).expect("a kind");
@@ -37,7 +37,7 @@ fn passing(name: &str, near: f64) -> Vec<Option<Flow>> {
         assert!(shoal.flows().len() <= 1);
         flows.push(shoal.flows().first().copied());
     }
-    flows
+    (flows, shoal.fish()[0].position)
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn what_a_fish_carries_rises_and_falls_smoothly_as_it_passes() {
         ("regal-tang", abi::FLOW_HOLE, 0.0),
         ("clownfish", abi::FLOW_SOURCE, 1e9),
     ] {
-        let flows = passing(name, near);
+        let (flows, _) = passing(&species(name), near);
         let strengths: Vec<f32> = flows.iter().map(|flow| flow.map_or(0.0, |flow| flow.strength)).collect();
         let most = strengths.iter().copied().fold(0.0, f32::max);
         let full = species(name).carries.strength as f32;
@@ -62,13 +62,15 @@ fn what_a_fish_carries_rises_and_falls_smoothly_as_it_passes() {
 
 #[test]
 fn a_fish_does_not_feel_what_it_carries() {
-    let with = passing("clownfish", 0.0);
-    let mut species = species("clownfish");
-    species.carries.kind = Singularity::None;
-    // Where it is when it emits is where a fish would be that has none: straight ahead.
-    let emitted: Vec<&Flow> = with.iter().flatten().collect();
-    assert!(emitted.len() > 30);
-    assert!(emitted.iter().all(|flow| flow.position[1] == -5.0 && flow.position[2] == 0.0));
+    let with = species("clownfish");
+    let mut without = with.clone();
+    without.carries.kind = Singularity::None;
+    let ([flows, none], [end, free]) = {
+        let ((a, x), (b, y)) = (passing(&with, 0.0), passing(&without, 0.0));
+        ([a, b], [x, y])
+    };
+    assert!(flows.iter().flatten().count() > 30 && none.iter().flatten().count() == 0);
+    assert_eq!(end, free);
 }
 
 #[test]

@@ -59,6 +59,20 @@ fn a_point_swims_as_fast_as_its_body() {
     assert!((body / point - 1.0).abs() < 0.15);
 }
 
+#[test]
+fn a_point_that_gets_a_body_swims_on_as_fast() {
+    let mut species = Species::default();
+    species.mind.wander = 0.0;
+    let mut shoal = shoal_of(&species, 1, 60.0);
+    (0..300).for_each(|_| shoal.step(&around(0.0)));
+    let (speed, from) = (f64::from(shoal.fish()[0].speed), shoal.fish()[0].position);
+    (0..6).for_each(|_| shoal.step(&around(1e9)));
+    assert!(shoal.fish()[0].near);
+    let now = shoal.fish()[0].position.distance(from) / (6.0 * DT);
+    println!("{:.4} before, {now:.4} m/s after", speed);
+    assert!((now / speed - 1.0).abs() < 0.25);
+}
+
 /// Steps of a shoal of which some are near.
 fn go_on(shoal: &mut Shoal, steps: usize) {
     (0..steps).for_each(|_| shoal.step(&around(1.0)));
