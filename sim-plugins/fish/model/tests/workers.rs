@@ -95,7 +95,7 @@ fn shoal(workers: Workers<'_>) -> (State, Vec<Flow>) {
             heading: at,
             size: 0.8 + 0.4 * place.x,
             habitat: 0,
-            home: (i % 5 == 0).then_some(DVec3::new(0.0, -5.0, 0.0)),
+            home: i.is_multiple_of(5).then_some(DVec3::new(0.0, -5.0, 0.0)),
             seed: i.into(),
         }
     };

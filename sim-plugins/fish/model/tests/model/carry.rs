@@ -32,7 +32,9 @@ fn passing(species: &Species, near: f64) -> (Vec<Option<Flow>>, DVec3) {
     let hosts = [Host { position: DVec3::new(0.0, -5.2, 0.0), radius: 0.1 }];
     let mut flows: Vec<Option<Flow>> = Vec::new();
     for _ in 0..(60.0 / DT) as usize {
-        let own: Vec<Flow> = flows.last().copied().flatten().into_iter().collect();
+        let mut own: Vec<Flow> = flows.last().copied().flatten().into_iter().collect();
+        // A little behind it: at its very centre it would be nothing.
+        own.iter_mut().for_each(|flow| flow.position[0] -= 0.03);
         shoal.step(&Surroundings { hosts: &hosts, flow: &own, ..around(near) });
         assert!(shoal.flows().len() <= 1);
         flows.push(shoal.flows().first().copied());

@@ -279,6 +279,6 @@ fn a_fish_does_the_same_alone_and_among_others_far_away() {
         shoal.fish().iter().map(|fish| (fish.position, fish.course)).collect::<Vec<_>>()
     };
     let together = swim(&[a.clone(), b.clone()]);
-    assert_eq!(together, [swim(&[a])[0], swim(&[b.clone()])[0]]);
+    assert_eq!(together, [swim(&[a])[0], swim(core::slice::from_ref(&b))[0]]);
     assert!(together[1].0.distance(b.position) > 0.1);
 }
