@@ -75,8 +75,9 @@ fn lookup<'a>(value: &'a Value, path: &str) -> &'a Value {
 fn readme() -> String {
     let mut out = String::from(
         "# Species\n\n\
-         Each file here is one species of anemone, seagrass or seaweed; a scene names it without the ending. Seaweeds, which\n\
-         have a `stem`, are described in SEAWEEDS.md, all others here. A table needs only what differs from the defaults below.\n\
+         Each file here is one species of anemone, seagrass, seaweed or fish; a scene names it without the ending. Seaweeds, which\n\
+         have a `stem`, are described in SEAWEEDS.md, fish, which have a `body`, in FISH.md, all others here. A table needs only\n\
+         what differs from the defaults below.\n\
          `base = \"OTHER\"` takes all else from another species. Lengths are metres at a size of 1, whatever a scene counts in;\n\
          individuals differ by `variation`.\n\n\
          Both tables are made from the code (`sim-plugins/anemone/model/src/species.rs`) and from the files, and a test keeps\n\

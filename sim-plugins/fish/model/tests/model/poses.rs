@@ -1,0 +1,132 @@
+//! Bodies become points and points become bodies; what is saved comes back.
+
+use glam::{DVec3, Vec3};
+use reef_fish_model::{
+    shoal::{Shoal, State},
+    species::Species,
+};
+use reef_flow::Level;
+use reef_sdk::{StateReader, StateWriter};
+
+use crate::{
+    DT,
+    shoal::{around, shoal, shoal_of},
+};
+
+fn nodes(shoal: &Shoal, number: usize) -> Vec<DVec3> {
+    let mut nodes = vec![[0.0; 3]; 23];
+    let origin = shoal.nodes(number, &mut nodes);
+    nodes.iter().map(|at| origin + Vec3::from(*at).as_dvec3()).collect()
+}
+
+/// The farthest that a node of any fish moves in a step, over the time of a step [m/s]; the near field
+/// alternates every `every` steps.
+fn fastest(every: usize) -> f64 {
+    let mut shoal = shoal(6, 6.0);
+    let mut fastest: f64 = 0.0;
+    for step in 0..900 {
+        let before: Vec<Vec<DVec3>> = (0..6).map(|i| nodes(&shoal, i)).collect();
+        shoal.step(&around(if (step / every).is_multiple_of(2) { 1e9 } else { 0.0 }));
+        for (i, before) in before.iter().enumerate() {
+            for (a, b) in before.iter().zip(nodes(&shoal, i)) {
+                fastest = fastest.max(a.distance(b) / DT);
+            }
+        }
+    }
+    fastest
+}
+
+#[test]
+fn going_over_between_body_and_point_makes_no_node_jump() {
+    let [bodies, changing] = [usize::MAX, 45].map(fastest);
+    println!("nodes move at up to {bodies:.3} m/s in bodies, {changing:.3} m/s when they change");
+    assert!(changing < 1.5 * bodies);
+}
+
+#[test]
+fn a_point_swims_as_fast_as_its_body() {
+    let swim = |near: f64| {
+        let mut species = Species::default();
+        species.mind.wander = 0.0;
+        let mut shoal = shoal_of(&species, 1, 60.0);
+        (0..300).for_each(|_| shoal.step(&around(near)));
+        let from = shoal.fish()[0].position;
+        (0..600).for_each(|_| shoal.step(&around(near)));
+        shoal.fish()[0].position.distance(from) / (600.0 * DT)
+    };
+    let [body, point] = [1e9, 0.0].map(swim);
+    println!("body {body:.4}, point {point:.4} m/s");
+    assert!((body / point - 1.0).abs() < 0.15);
+}
+
+#[test]
+fn a_point_that_gets_a_body_swims_on_as_fast() {
+    let mut species = Species::default();
+    species.mind.wander = 0.0;
+    let mut shoal = shoal_of(&species, 1, 60.0);
+    (0..300).for_each(|_| shoal.step(&around(0.0)));
+    let (speed, from) = (f64::from(shoal.fish()[0].speed), shoal.fish()[0].position);
+    (0..6).for_each(|_| shoal.step(&around(1e9)));
+    assert!(shoal.fish()[0].near);
+    let now = shoal.fish()[0].position.distance(from) / (6.0 * DT);
+    println!("{:.4} before, {now:.4} m/s after", speed);
+    assert!((now / speed - 1.0).abs() < 0.25);
+}
+
+/// Steps of a shoal of which some are near.
+fn go_on(shoal: &mut Shoal, steps: usize) {
+    (0..steps).for_each(|_| shoal.step(&around(1.0)));
+}
+
+#[test]
+fn a_loaded_state_goes_on_as_if_nothing_had_happened() {
+    let mut one = shoal(20, 5.0);
+    go_on(&mut one, 300);
+    assert!(one.fish().iter().any(|fish| fish.near) && one.fish().iter().any(|fish| !fish.near));
+    let mut writer = StateWriter::new();
+    one.save().write(&mut writer);
+    let bytes = writer.finish().expect("a state");
+    let saved = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect("whole");
+    let mut other = shoal(20, 5.0);
+    other.load(&saved).expect("of the same fish");
+    assert!(other.save() == one.save());
+    go_on(&mut one, 300);
+    go_on(&mut other, 300);
+    assert!(other.save() == one.save());
+    // Back again: scrubbing.
+    one.load(&saved).expect("its own");
+    go_on(&mut one, 300);
+    assert!(other.save() == one.save());
+}
+
+#[test]
+fn a_state_of_other_fish_is_refused_and_changes_nothing() {
+    let mut shoal = shoal(5, 5.0);
+    go_on(&mut shoal, 10);
+    let before = shoal.save();
+    let mut fewer = before.clone();
+    fewer.nodes.pop();
+    assert!(shoal.load(&fewer).expect_err("refused").contains("is of 4 fish"));
+    let mut short = before.clone();
+    short.minds.pop();
+    assert!(shoal.load(&short).expect_err("refused").starts_with("`minds` has"));
+    let mut broken = before.clone();
+    broken.bodies[3] = f32::NAN;
+    assert!(shoal.load(&broken).expect_err("refused").contains("not finite"));
+    assert!(shoal.save() == before);
+}
+
+#[test]
+fn every_level_gives_the_same_shoal() {
+    let run = |level: Level| {
+        let mut shoal = shoal(12, 5.0);
+        for _ in 0..40 {
+            shoal.step(&reef_fish_model::shoal::Surroundings { level, ..around(1.0) });
+        }
+        shoal.save()
+    };
+    let best = run(Level::best());
+    for level in Level::all() {
+        assert!(run(level) == best, "{}", level.name());
+    }
+}
