@@ -1,0 +1,4 @@
+//! Jellyfish.
+pub mod lanes;
+pub mod water;
+pub use lanes::Real;

@@ -1,0 +1,3 @@
+//! The model against its paper and closed forms.
+
+mod water;
