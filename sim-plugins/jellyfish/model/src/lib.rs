@@ -1,4 +1,5 @@
 //! Jellyfish.
-pub mod lanes;
+mod lanes;
+pub mod slice;
 pub mod water;
 pub use lanes::Real;

@@ -1,5 +1,5 @@
 //! Semi-Lagrangian advection (Stam 1999): each face takes the velocity from where its water was, by a
-//! bicubic that stays between the four nearest values.
+//! bicubic that stays between the four nearest values. Where it was is found to second order in time.
 
 use fearless_simd::{Select, Simd, prelude::*};
 use reef_flow::Level;
@@ -43,20 +43,33 @@ pub(crate) fn carry<S: Simd, T: Real>(
     let stride = own.stride();
     let (width, height) = if axis == Axis::X { (n + 1, n) } else { (n, n + 1) };
     let wide_cells = T::Wide::<S>::splat(simd, cells);
+    let half = T::Wide::<S>::splat(simd, T::of(0.5));
     let quarter = T::Wide::<S>::splat(simd, T::of(0.25));
     let one = T::Wide::<S>::splat(simd, T::of(1.0));
     for j in 0..height {
         for i in (0..width).step_by(WIDTH) {
             let at = own.at(i, j);
-            let along = T::Wide::<S>::from_slice(simd, &own.data[at..at + WIDTH]);
             // The four faces of the other component around this one.
             let corner = if axis == Axis::X { at - 1 } else { at - stride };
-            let near = &other.data[corner..corner + WIDTH + 1];
-            let far = &other.data[corner + stride..corner + stride + WIDTH + 1];
-            let across = (T::Wide::<S>::from_slice(simd, &near[..WIDTH])
-                + T::Wide::<S>::from_slice(simd, &near[1..]))
-                + (T::Wide::<S>::from_slice(simd, &far[..WIDTH]) + T::Wide::<S>::from_slice(simd, &far[1..]));
-            let (along, across) = (along * wide_cells, across * quarter * wide_cells);
+            let load = |field: &Field<T>, at: usize| {
+                T::Wide::<S>::from_slice(simd, &field.data[at..at + WIDTH]) * wide_cells
+            };
+            let [a, b] = [load(other, corner), load(other, corner + 1)];
+            let [c, d] = [load(other, corner + stride), load(other, corner + stride + 1)];
+            let (below, above) = (a + b, c + d);
+            let along = load(own, at);
+            let across = (below + above) * quarter;
+            let way = if axis == Axis::X { [along, across] } else { [across, along] };
+            // How both change along x and y, from one cell to the next; the way begins halfway, where the
+            // water was in the middle of the step: way + (way · ∇) way / 2.
+            let along_by = [
+                (load(own, at + 1) - load(own, at - 1)) * half,
+                (load(own, at + stride) - load(own, at - stride)) * half,
+            ];
+            let across_by = [((b - a) + (d - c)) * half, (above - below) * half];
+            let bend = |by: [T::Wide<S>; 2]| T::mul_add(way[1], by[1], way[0] * by[0]);
+            let along = T::mul_add(bend(along_by), half, along);
+            let across = T::mul_add(bend(across_by), half, across);
             let (x, y) = if axis == Axis::X { (along, across) } else { (across, along) };
             let near = x.abs().simd_lt(one) & y.abs().simd_lt(one);
             let value = if near.all_true() {
