@@ -1,5 +1,7 @@
 //! Jellyfish.
 mod lanes;
 pub mod slice;
+pub mod surface;
+pub mod trail;
 pub mod water;
 pub use lanes::Real;

@@ -1,5 +1,6 @@
 //! The model against its paper and closed forms.
 
 mod slice;
+mod surface;
 mod swim;
 mod water;
