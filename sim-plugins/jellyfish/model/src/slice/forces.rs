@@ -175,5 +175,5 @@ impl Pose<'_> {
 
 /// Both sides of the bell bend the same way as seen, which is the opposite way along the chain.
 fn rest_of(hinge: &Hinge, turn: DVec2) -> DVec2 {
-    if hinge.turns { hinge.rest.rotate(DVec2::new(turn.x, -turn.y)) } else { hinge.rest }
+    if hinge.turns { hinge.rest.rotate(turn) } else { hinge.rest }
 }

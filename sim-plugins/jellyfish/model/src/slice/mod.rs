@@ -29,6 +29,9 @@ const FASTEST: f64 = 10.0;
 const SHARE_OF_CELL: f64 = 0.6;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
 const LEAST_ROOM: f64 = 2.5;
+/// Bend of the bell's joints for an aim at right angles, and the most of it [rad]: more turns it no faster.
+const STEERING: f64 = 0.2;
+const STEERED: f64 = 0.05;
 /// How far the bell gets from the middle of the window before that follows, in cells.
 const SLACK: f64 = 1.0;
 
@@ -114,6 +117,17 @@ impl<T: Real> Slice<T> {
     /// How it swims.
     pub fn gait(&self) -> Gait {
         self.gait
+    }
+
+    /// Swims toward a direction, as long as nothing else is said: the couple that rights it holds it there, and
+    /// its contractions are as uneven as it points elsewhere. Asked for anew in each step by who steers.
+    pub fn steer(&mut self, aim: DVec2) {
+        let aim = aim.normalize_or(DVec2::Y);
+        self.up = aim;
+        let axis = self.axis();
+        // Positive x is to the right of an animal that looks up.
+        let off = if axis.dot(aim) >= 0.0 { aim.perp_dot(axis) } else { aim.perp_dot(axis).signum() };
+        self.gait.turn = (STEERING * off).clamp(-STEERED, STEERED);
     }
 
     /// What it is made of.

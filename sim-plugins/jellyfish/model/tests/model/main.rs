@@ -1,6 +1,7 @@
 //! The model against its paper and closed forms.
 
 mod slice;
+mod steer;
 mod surface;
 mod swim;
 mod water;
