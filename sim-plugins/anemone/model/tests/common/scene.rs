@@ -55,7 +55,8 @@ pub fn species(name: &str) -> Species {
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed.
+/// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed, what has
+/// a `bell` a jellyfish.
 pub fn species_names() -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(assets().join("species"))
         .expect("assets/species")
@@ -64,7 +65,10 @@ pub fn species_names() -> Vec<String> {
             (path.extension()? == "toml").then(|| path.file_stem()?.to_str().map(str::to_owned))?
         })
         .collect();
-    names.retain(|name| !species_table(name, &Map::new()).contains_key("stem"));
+    names.retain(|name| {
+        let table = species_table(name, &Map::new());
+        !table.contains_key("stem") && !table.contains_key("bell")
+    });
     names.sort();
     names
 }

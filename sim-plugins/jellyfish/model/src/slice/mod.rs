@@ -28,7 +28,7 @@ const FASTEST: f64 = 10.0;
 /// Share of a cell's water that a point sets in motion, for the implicit springs.
 const SHARE_OF_CELL: f64 = 0.6;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
-const LEAST_ROOM: f64 = 2.5;
+pub const LEAST_ROOM: f64 = 2.5;
 /// Bend of the bell's joints for an aim at right angles, and the most of it [rad]: more turns it no faster.
 const STEERING: f64 = 0.2;
 const STEERED: f64 = 0.05;

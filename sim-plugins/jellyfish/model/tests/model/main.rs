@@ -1,5 +1,6 @@
 //! The model against its paper and closed forms.
 
+mod sea;
 mod slice;
 mod steer;
 mod surface;
