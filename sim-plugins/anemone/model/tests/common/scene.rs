@@ -56,7 +56,7 @@ pub fn species(name: &str) -> Species {
 }
 
 /// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed, what has a `body` a
-/// fish.
+/// fish, what has a `bell` a jellyfish.
 pub fn species_names() -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(assets().join("species"))
         .expect("assets/species")
@@ -67,7 +67,7 @@ pub fn species_names() -> Vec<String> {
         .collect();
     names.retain(|name| {
         let table = species_table(name, &Map::new());
-        !table.contains_key("stem") && !table.contains_key("body")
+        !["stem", "body", "bell"].iter().any(|key| table.contains_key(*key))
     });
     names.sort();
     names

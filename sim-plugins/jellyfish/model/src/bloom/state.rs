@@ -1,0 +1,127 @@
+//! What a later step depends on, as plain numbers.
+
+use glam::{DVec2, DVec3};
+use reef_sdk::{StateError, StateReader, StateWriter};
+
+use super::Bloom;
+use crate::slice::SliceState;
+
+/// Everything that moves, animal by animal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BloomState {
+    /// Numbers in `points`, `faces` and `trails` of each animal.
+    pub counts: Vec<u32>,
+    /// Points of the slices [m].
+    pub points: Vec<f64>,
+    /// Faces of their water [m/s].
+    pub faces: Vec<f32>,
+    /// Points of the trails [m].
+    pub trails: Vec<f64>,
+    /// Place of the base [m], and share of the period: four numbers an animal.
+    pub places: Vec<f64>,
+    /// Where the windows have gone: two numbers an animal.
+    pub offsets: Vec<i64>,
+}
+
+impl BloomState {
+    /// Into the plugin's state, version 1.
+    pub fn write(&self, state: &mut StateWriter) {
+        state.put("counts", &self.counts);
+        state.put("points", &self.points);
+        state.put("faces", &self.faces);
+        state.put("trails", &self.trails);
+        state.put("places", &self.places);
+        state.put("offsets", &self.offsets);
+    }
+
+    /// Out of it.
+    ///
+    /// # Errors
+    /// Something is missing or of another type.
+    pub fn read(state: &mut StateReader<'_>) -> Result<Self, StateError> {
+        Ok(Self {
+            counts: state.get("counts")?,
+            points: state.get("points")?,
+            faces: state.get("faces")?,
+            trails: state.get("trails")?,
+            places: state.get("places")?,
+            offsets: state.get("offsets")?,
+        })
+    }
+}
+
+/// The next `count` of some numbers.
+fn take<'a, T>(from: &mut &'a [T], count: usize) -> Option<&'a [T]> {
+    let (head, tail) = from.split_at_checked(count)?;
+    *from = tail;
+    Some(head)
+}
+
+impl Bloom {
+    /// The present state.
+    pub fn save(&self) -> BloomState {
+        let mut state = BloomState::default();
+        for animal in &self.animals {
+            let slice = animal.slice.save();
+            let trails = animal.trails.iter().flat_map(|trail| trail.points());
+            let before = state.trails.len();
+            state.trails.extend(trails.flat_map(|point| point.to_array()));
+            let trails = state.trails.len() - before;
+            state.counts.extend([slice.points.len(), slice.faces.len(), trails].map(|count| count as u32));
+            state.points.extend(slice.points);
+            state.faces.extend(slice.faces);
+            state.places.extend(animal.base.to_array());
+            state.places.push(slice.phase);
+            state.offsets.extend(slice.offset);
+        }
+        state
+    }
+
+    /// Takes back what [`Bloom::save`] gave.
+    ///
+    /// # Errors
+    /// What is wrong with it; then nothing has changed.
+    pub fn load(&mut self, state: &BloomState) -> Result<(), String> {
+        let mut next = self.animals.clone();
+        let (mut points, mut faces, mut trails) = (&state.points[..], &state.faces[..], &state.trails[..]);
+        let lists = [state.counts.len() / 3, state.places.len() / 4, state.offsets.len() / 2];
+        if lists != [next.len(); 3]
+            || state.counts.len() % 3 + state.places.len() % 4 + state.offsets.len() % 2 > 0
+        {
+            return Err(format!("is of {} animals; here are {}", state.counts.len() / 3, next.len()));
+        }
+        let each = state.counts.as_chunks::<3>().0.iter().zip(state.places.as_chunks::<4>().0);
+        for (i, ((animal, (counts, place)), offset)) in
+            next.iter_mut().zip(each).zip(state.offsets.as_chunks::<2>().0).enumerate()
+        {
+            let [of_points, of_faces, of_trails] = counts.map(|count| count as usize);
+            let short = || format!("has not as many numbers as animal {i} needs");
+            let slice = SliceState {
+                points: take(&mut points, of_points).ok_or_else(short)?.to_vec(),
+                faces: take(&mut faces, of_faces).ok_or_else(short)?.to_vec(),
+                offset: *offset,
+                phase: place[3],
+            };
+            animal.slice.load(&slice).map_err(|problem| format!("animal {i} {problem}"))?;
+            animal.base = DVec3::new(place[0], place[1], place[2]);
+            if !animal.base.is_finite() {
+                return Err(format!("animal {i} has a place that is not finite"));
+            }
+            let mut own = take(&mut trails, of_trails).ok_or_else(short)?;
+            for trail in &mut animal.trails {
+                let own = take(&mut own, 2 * trail.points().len()).ok_or_else(short)?;
+                let points: Vec<DVec2> =
+                    own.as_chunks::<2>().0.iter().map(|point| DVec2::from(*point)).collect();
+                trail.set_points(&points)?;
+            }
+            if !own.is_empty() {
+                return Err(short());
+            }
+        }
+        if !(points.is_empty() && faces.is_empty() && trails.is_empty()) {
+            return Err("has more numbers than its animals need".to_owned());
+        }
+        self.animals = next;
+        Ok(())
+    }
+}

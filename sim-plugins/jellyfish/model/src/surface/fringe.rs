@@ -1,0 +1,243 @@
+//! What hangs from the bell, many around: tentacles and oral arms, by the same discs as the bell (§3.4).
+//!
+//! Each is a tube of four sides along the points where its angle meets the discs. Lanes go over tubes.
+
+use core::f64::consts::TAU;
+
+use fearless_simd::{Simd, f32x8, prelude::*};
+use glam::Vec2;
+use reef_flow::{
+    Level,
+    math::cos_sin_f64,
+    random::Random,
+    simd::{mul_add, splat},
+};
+use reef_sdk::abi::{DrawVertex, MeshVertex};
+
+use super::{bell::Frame, normals::pack};
+use crate::lanes::WIDTH;
+
+/// Vertices around a tube.
+const SIDES: usize = 4;
+/// Most tubes of a fringe, and most points along them.
+const MOST: [usize; 2] = [256, 128];
+
+/// Tubes around the bell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FringeForm {
+    /// How many: a multiple of 8, up to 256; 0: none.
+    pub count: usize,
+    /// Radius at the root, across its way around the bell and along it [m].
+    pub radius: [f64; 2],
+    /// Radius at the tip as a share.
+    pub taper: f64,
+    /// Frills along its edges, as a share of the radius, and how many there are.
+    pub frill: f64,
+    /// How many frills there are along it.
+    pub frills: f64,
+    /// Differences of lengths, ± this share.
+    pub variation: f64,
+}
+
+impl Default for FringeForm {
+    fn default() -> Self {
+        Self { count: 24, radius: [4e-4; 2], taper: 0.4, frill: 0.0, frills: 0.0, variation: 0.3 }
+    }
+}
+
+/// The surface of a fringe, with the room to make it.
+#[derive(Clone, Debug)]
+pub struct Fringe {
+    form: FringeForm,
+    points: usize,
+    /// cos, sin, and length over the mean, of each tube.
+    tables: [Vec<f32>; 3],
+    /// Radii of each point along a tube.
+    radii: Vec<[f32; 2]>,
+    /// Middle and half of each disc, three coordinates each [m].
+    discs: Vec<[[f32; 3]; 2]>,
+    /// Places of the points along eight tubes.
+    lines: Vec<[[f32; WIDTH]; 3]>,
+}
+
+impl Fringe {
+    /// For tubes of so many points.
+    ///
+    /// # Errors
+    /// The key, what is wrong with it, and what is allowed.
+    pub fn new(form: FringeForm, points: usize, seed: u64) -> Result<Self, String> {
+        let [most, most_points] = MOST;
+        if !form.count.is_multiple_of(WIDTH) || form.count > most {
+            return Err(format!("count must be a multiple of {WIDTH} up to {most}, is {}", form.count));
+        }
+        if !(2..=most_points).contains(&points) {
+            return Err(format!("a tube must have 2 to {most_points} points, has {points}"));
+        }
+        let shares = [
+            ("radius", form.radius[0], 1.0),
+            ("radius", form.radius[1], 1.0),
+            ("taper", form.taper, 10.0),
+            ("frill", form.frill, 0.95),
+            ("frills", form.frills, 100.0),
+            ("variation", form.variation, 0.9),
+        ];
+        for (key, value, most) in shares {
+            if !(0.0..=most).contains(&value) {
+                return Err(format!("{key} must be 0 to {most}, is {value}"));
+            }
+        }
+        let mut random = Random::new(seed, u64::from_le_bytes(*b"fringe\0\0"));
+        let mut tables = [vec![], vec![], vec![]];
+        for tube in 0..form.count {
+            let (cos, sin) = cos_sin_f64(TAU * (tube as f64 + 0.5) / form.count as f64);
+            let length = 1.0 + form.variation * random.signed();
+            for (table, value) in tables.iter_mut().zip([cos, sin, length]) {
+                table.push(value as f32);
+            }
+        }
+        let radii = (0..points).map(|k| {
+            let along = k as f64 / (points - 1) as f64;
+            // The tip is closed: its ring is a point.
+            let taper = if k + 1 == points { 0.0 } else { 1.0 + (form.taper - 1.0) * along };
+            let frill = 1.0 + form.frill * cos_sin_f64(TAU * form.frills * along).1;
+            form.radius.map(|radius| (radius * taper * frill) as f32)
+        });
+        Ok(Self {
+            points,
+            tables,
+            radii: radii.collect(),
+            discs: vec![[[0.0; 3]; 2]; points],
+            lines: vec![[[0.0; WIDTH]; 3]; points],
+            form,
+        })
+    }
+
+    /// Vertices, tube after tube, from root to tip, four around.
+    pub fn vertices(&self) -> usize {
+        self.form.count * self.points * SIDES
+    }
+
+    /// Triangles, counter-clockwise from outside, with `first` as the number of the first vertex.
+    pub fn indices(&self, first: u32) -> Vec<u32> {
+        let (points, sides) = (self.points as u32, SIDES as u32);
+        let mut indices = Vec::new();
+        for tube in 0..self.form.count as u32 {
+            for k in 0..points - 1 {
+                for side in 0..sides {
+                    let at = |k: u32, side: u32| first + (tube * points + k) * sides + side % sides;
+                    let [a, b] = [at(k, side), at(k, side + 1)];
+                    let [c, d] = [at(k + 1, side), at(k + 1, side + 1)];
+                    indices.extend([a, c, b]);
+                    // At the tip the second triangle has no area.
+                    if k + 2 < points {
+                        indices.extend([b, c, d]);
+                    }
+                }
+            }
+        }
+        indices
+    }
+
+    /// Texture coordinates: u around a tube, v from root to tip.
+    pub fn mesh(&self) -> Vec<MeshVertex> {
+        let vertex = |k: usize, side: usize| MeshVertex {
+            uv: [side as f32 / SIDES as f32, k as f32 / (self.points - 1) as f32],
+            glow: 1.0,
+            color: u32::MAX,
+            ..MeshVertex::default()
+        };
+        let tube = (0..self.points).flat_map(|k| (0..SIDES).map(move |side| vertex(k, side)));
+        (0..self.form.count).flat_map(|_| tube.clone()).collect()
+    }
+
+    /// Makes all vertices, [`Fringe::vertices`] of them. `pairs`: from root to tip the points on the side of
+    /// positive x and opposite, relative to the origin, in the slice's plane [m].
+    pub fn write(
+        &mut self,
+        level: Level,
+        pairs: impl Iterator<Item = [Vec2; 2]>,
+        frame: &Frame,
+        into: &mut [DrawVertex],
+    ) {
+        for (disc, [a, b]) in self.discs.iter_mut().zip(pairs) {
+            *disc = [frame.of(0.5 * (a + b)), frame.of(0.5 * (a - b))].map(|v| v.to_array());
+        }
+        reef_flow::dispatch!(level, simd => {
+            for (block, into) in into.chunks_exact_mut(WIDTH * self.points * SIDES).enumerate() {
+                self.eight(simd, block * WIDTH, frame, into);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame, into: &mut [DrawVertex]) {
+        let [cos, sin, length] = &self.tables;
+        let cos = f32x8::from_slice(simd, &cos[first..first + WIDTH]);
+        let sin = f32x8::from_slice(simd, &sin[first..first + WIDTH]);
+        let length = f32x8::from_slice(simd, &length[first..first + WIDTH]);
+        let z = frame.z.to_array();
+        // The root stays on the bell; what follows is longer or shorter.
+        let mut root = [splat(simd, 0.0); 3];
+        for (k, ([centre, half], line)) in self.discs.iter().zip(&mut self.lines).enumerate() {
+            let radius = glam::Vec3::from(*half).length();
+            for part in 0..3 {
+                let side = splat(simd, z[part] * radius);
+                let place =
+                    mul_add(splat(simd, half[part]), cos, mul_add(side, sin, splat(simd, centre[part])));
+                if k == 0 {
+                    root[part] = place;
+                }
+                mul_add(place - root[part], length, root[part]).store_slice(&mut line[part]);
+            }
+        }
+        for k in 0..self.points {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(self.points - 1));
+            let half = glam::Vec3::from(self.discs[k][1]).normalize_or(frame.x).to_array();
+            let mut along = [splat(simd, 0.0); 3];
+            let mut around = along;
+            let mut place = along;
+            for part in 0..3 {
+                place[part] = f32x8::from_slice(simd, &self.lines[k][part]);
+                along[part] = f32x8::from_slice(simd, &self.lines[after][part])
+                    - f32x8::from_slice(simd, &self.lines[before][part]);
+                around[part] = splat(simd, z[part]) * cos - splat(simd, half[part]) * sin;
+            }
+            // Outward: across the tube and its way around the bell.
+            let out = unit(simd, cross(around, along));
+            let sideways = unit(simd, cross(along, out));
+            let [wide, deep] = self.radii[k];
+            for (side, normal) in [sideways, out, negative(sideways), negative(out)].into_iter().enumerate() {
+                let radius = splat(simd, if side % 2 == 0 { wide } else { deep });
+                let packed: [i32; WIDTH] = pack(simd, normal).into();
+                let mut parts = [[0.0; WIDTH]; 3];
+                for part in 0..3 {
+                    mul_add(normal[part], radius, place[part]).store_slice(&mut parts[part]);
+                }
+                for lane in 0..WIDTH {
+                    into[(lane * self.points + k) * SIDES + side] = DrawVertex {
+                        position: [parts[0][lane], parts[1][lane], parts[2][lane]],
+                        normal: packed[lane].cast_unsigned(),
+                        thickness: wide + deep,
+                    };
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn negative<S: Simd>(a: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    [-a[0], -a[1], -a[2]]
+}
+
+#[inline(always)]
+fn unit<S: Simd>(simd: S, a: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    let square = mul_add(a[2], a[2], mul_add(a[1], a[1], a[0] * a[0]));
+    let scale = splat(simd, 1.0) / square.max(splat(simd, f32::MIN_POSITIVE)).sqrt();
+    [a[0] * scale, a[1] * scale, a[2] * scale]
+}

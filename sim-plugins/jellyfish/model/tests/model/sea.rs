@@ -1,0 +1,242 @@
+//! Animals in the sea, and their species.
+
+use glam::DVec3;
+use reef_flow::Level;
+use reef_jellyfish_model::{
+    bloom::{Birth, Bloom, BloomState, Surroundings},
+    species::Species,
+};
+use reef_sdk::{
+    StateReader, StateWriter, Workers,
+    abi::{self, DrawVertex, Flow},
+};
+
+const DT: f64 = 1.0 / 60.0;
+const SPECIES: [&str; 4] = ["moon-jelly", "sea-nettle", "box-jelly", "comb-jelly"];
+
+fn read(name: &str) -> Species {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/species");
+    let text = std::fs::read_to_string(folder.join(format!("{name}.toml"))).expect("a file");
+    toml::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The paper's animal on fewer cells.
+fn usual() -> Species {
+    let mut species = Species::default();
+    (species.grid.cells, species.grid.bells) = (50, 5.0);
+    species.arms.count = 8;
+    species
+}
+
+fn birth(number: u64) -> Birth {
+    Birth {
+        species: 0,
+        place: DVec3::new(1e3 + number as f64, -3.0, -1e3),
+        yaw: number as f64,
+        size: 1.0,
+        seed: number,
+        id: number + 1,
+    }
+}
+
+fn bloom(births: &[Birth]) -> Bloom {
+    Bloom::new(&[usual()], births, 1025.0, 1.2e-6).expect("a bloom")
+}
+
+fn around<'a>(flow: &'a [Flow], waves: &'a [abi::Wave]) -> Surroundings<'a> {
+    Surroundings { flow, waves, depth: 10.0, dt: DT, level: Level::best(), workers: Workers::inline() }
+}
+
+fn current(velocity: [f32; 3]) -> Flow {
+    let strength = velocity.iter().map(|v| v * v).sum::<f32>().sqrt();
+    Flow { kind: abi::FLOW_DIRECTIONAL, axis: velocity.map(|v| v / strength), strength, ..Flow::default() }
+}
+
+fn vertices(bloom: &mut Bloom) -> Vec<DrawVertex> {
+    let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
+    bloom.write(Level::best(), Workers::inline(), 3.0, &mut vertices);
+    vertices
+}
+
+#[test]
+fn an_animal_alone_is_as_it_is_among_many() {
+    let births: Vec<Birth> = (0..5).map(birth).collect();
+    let flow = [current([0.1, 0.0, 0.02])];
+    let (mut many, mut alone) = (bloom(&births), bloom(&births[3..4]));
+    for _ in 0..40 {
+        many.step(&around(&flow, &[]));
+        alone.step(&around(&flow, &[]));
+    }
+    assert!(many.place(3) == alone.place(0) && many.flows()[3] == alone.flows()[0]);
+    let (all, own) = (vertices(&mut many), vertices(&mut alone));
+    assert!(all[3 * own.len()..4 * own.len()] == own);
+    // And no two are alike.
+    assert!(all[..own.len()] != own);
+}
+
+#[test]
+fn a_current_carries_it_along_with_its_water() {
+    let (mut still, mut carried) = (bloom(&[birth(0)]), bloom(&[birth(0)]));
+    let flow = [current([0.3, -0.1, 0.2])];
+    for _ in 0..60 {
+        still.step(&around(&[], &[]));
+        carried.step(&around(&flow, &[]));
+    }
+    let way = carried.place(0).expect("a place") - still.place(0).expect("a place");
+    assert!(way.distance(DVec3::new(0.3, -0.1, 0.2)) < 1e-6, "{way}");
+    assert!(vertices(&mut still) == vertices(&mut carried));
+}
+
+#[test]
+fn waves_carry_it_to_and_fro() {
+    let sea = reef_flow::waves::WindSea { wind: 4.0, heading: 0.0, depth: 10.0, trains: 4 };
+    let mut random = reef_flow::random::Random::new(1, 1);
+    let trains = sea.trains(&mut || random.unit()).expect("a sea");
+    let (mut still, mut carried) = (bloom(&[birth(0)]), bloom(&[birth(0)]));
+    let mut most = 0.0_f64;
+    for step in 0..240 {
+        let waves: Vec<_> = trains.iter().map(|train| train.at(f64::from(step) * DT)).collect();
+        still.step(&around(&[], &[]));
+        carried.step(&around(&[], &waves));
+        let way = carried.place(0).expect("a place") - still.place(0).expect("a place");
+        most = most.max(way.length());
+    }
+    assert!(most > 1e-3 && most < 1.0, "{most}");
+}
+
+#[test]
+fn it_jets_when_it_contracts_and_does_not_feel_its_own_jet() {
+    let mut bloom = bloom(&[birth(0)]);
+    let (mut sources, mut holes, mut strongest) = (0, 0, 0.0_f32);
+    for _ in 0..240 {
+        let emitted = bloom.flows().to_vec();
+        let mut other = bloom.clone();
+        bloom.step(&around(&emitted, &[]));
+        other.step(&around(&[], &[]));
+        assert_eq!(bloom.place(0), other.place(0));
+        let flow = bloom.flows()[0];
+        assert!(flow.strength.is_finite() && flow.peak > 0.0 && flow.owner == 1);
+        strongest = strongest.max(flow.strength);
+        if flow.kind == abi::FLOW_SOURCE {
+            sources += 1
+        } else {
+            holes += 1
+        }
+        let error = bloom.fit_error(0).expect("an error");
+        assert!((0.0..=1.0).contains(&error), "{error}");
+    }
+    println!("{sources} {holes} {strongest}");
+    assert!(sources > 20 && holes > 20 && strongest > 1e-6, "{sources} {holes} {strongest}");
+}
+
+fn bytes(state: &BloomState) -> Vec<u8> {
+    let mut writer = StateWriter::new();
+    state.write(&mut writer);
+    writer.finish().expect("a state")
+}
+
+#[test]
+fn a_saved_bloom_goes_on_and_a_wrong_state_changes_nothing() {
+    let births: Vec<Birth> = (0..2).map(birth).collect();
+    let mut first = bloom(&births);
+    (0..60).for_each(|_| first.step(&around(&[], &[])));
+    let saved = bytes(&first.save());
+    let state = BloomState::read(&mut StateReader::parse(1, &saved).expect("bytes")).expect("a state");
+    let mut second = bloom(&births);
+    second.load(&state).expect("loads");
+    for bloom in [&mut first, &mut second] {
+        (0..20).for_each(|_| bloom.step(&around(&[], &[])));
+    }
+    assert!(first.save() == second.save() && vertices(&mut first) == vertices(&mut second));
+    let before = first.save();
+    let change = |with: &dyn Fn(&mut BloomState)| {
+        let mut state = before.clone();
+        with(&mut state);
+        state
+    };
+    let wrong = [
+        change(&|s| s.counts.truncate(3)),
+        change(&|s| s.counts[0] += 2),
+        change(&|s| s.points[5] = f64::INFINITY),
+        change(&|s| s.faces[9] = f32::NAN),
+        change(&|s| s.faces.push(0.0)),
+        change(&|s| s.trails[1] = f64::NAN),
+        change(&|s| s.places[2] = f64::NAN),
+        change(&|s| s.offsets.push(0)),
+    ];
+    for (i, state) in wrong.iter().enumerate() {
+        assert!(first.load(state).is_err() && first.save() == before, "{i}");
+    }
+}
+
+#[test]
+fn every_species_of_the_assets_swims() {
+    for name in SPECIES {
+        let species = read(name);
+        species.check().unwrap_or_else(|e| panic!("{name}: {e}"));
+        let mut bloom = Bloom::new(&[species.clone()], &[birth(1)], 1025.0, 1.2e-6).expect(name);
+        let start = bloom.place(0).expect("a place");
+        let seconds = 4.0 / species.motion.frequency;
+        for _ in 0..(seconds / DT) as usize {
+            bloom.step(&around(&[], &[]));
+        }
+        let way = bloom.place(0).expect("a place") - start;
+        let slice = bloom.slice(0).expect("a slice");
+        println!("{name}: {:.2} diameters in 4 cycles", way.y / species.bell.diameter);
+        assert!(way.y > 0.3 * species.bell.diameter, "{name}: {way}");
+        assert!(slice.water().fastest() < 1.5, "{name}: {}", slice.water().fastest());
+        assert!(vertices(&mut bloom).iter().all(|v| v.position.iter().all(|x| x.is_finite())));
+        for (mesh, count) in bloom.meshes(0).expect("meshes").iter().zip(bloom.vertices(0).expect("counts")) {
+            assert!(mesh.vertices.len() == count && mesh.indices.iter().all(|i| (*i as usize) < count));
+        }
+    }
+}
+
+#[test]
+fn a_wrong_species_is_refused_by_its_key() {
+    let change = |with: &dyn Fn(&mut Species)| {
+        let mut species = usual();
+        with(&mut species);
+        species.check().expect_err("refused")
+    };
+    let cases: [(&dyn Fn(&mut Species), &str); 9] = [
+        (&|s| s.grid.cells = 3, "grid.cells"),
+        (&|s| s.bell.stiffness = -1.0, "bell.stiffness"),
+        (&|s| s.motion.frequency = 0.0, "motion.frequency"),
+        (&|s| s.motion.frequency = 1e3, "motion.frequency"),
+        (&|s| s.bell.strand = 1.0, "grid.bells"),
+        (&|s| s.surface.around = 70, "surface.around"),
+        (&|s| s.surface.structures = 40, "surface.structures"),
+        (&|s| s.tentacles.count = 9, "tentacles.count"),
+        (&|s| s.look.bell = "blue".into(), "look.bell"),
+    ];
+    for (with, key) in cases {
+        let message = change(with);
+        assert!(message.contains(key), "{key}: {message}");
+    }
+    let unknown = toml::from_str::<Species>("[bell]\nsize = 1.0").expect_err("refused").to_string();
+    assert!(unknown.contains("size") && unknown.contains("diameter"), "{unknown}");
+    let message =
+        Bloom::new(&[usual()], &[Birth { species: 7, ..birth(0) }], 1025.0, 1e-6).expect_err("refused");
+    assert!(message.contains("animals[0].species"), "{message}");
+}
+
+#[test]
+fn an_individual_of_another_size_swims_alike() {
+    // Ten times as large, at a tenth of the frequency: the same speed in diameters a period.
+    let way = |size: f64, frequency: f64| {
+        let mut species = usual().sized(size);
+        species.motion.frequency = frequency;
+        species.motion.variation = 0.0;
+        let mut bloom = Bloom::new(&[species], &[birth(0)], 1025.0, 0.0).expect("a bloom");
+        let start = bloom.place(0).expect("a place");
+        // The same steps in shares of a period.
+        let dt = DT / 2.0 * 0.7 / frequency;
+        for _ in 0..180 {
+            bloom.step(&Surroundings { dt, ..around(&[], &[]) });
+        }
+        (bloom.place(0).expect("a place") - start).y / size
+    };
+    let (small, large) = (way(1.0, 0.7), way(0.5, 1.4));
+    assert!((small / large - 1.0).abs() < 0.05 && small > 0.005, "{small} {large}");
+}
