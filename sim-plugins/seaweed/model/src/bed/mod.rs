@@ -147,7 +147,7 @@ impl Bed {
             (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
         order.sort_by_key(|i| {
             let plant = &plants[*i as usize];
-            (plant.kind, cell::key(plant.root), cell::strip(plant.root), *i)
+            (plant.kind, cell::key(plant.root), pack::largest(plant), cell::strip(plant.root), *i)
         });
         let mut bed = Self {
             kinds,
@@ -172,7 +172,7 @@ impl Bed {
         };
         let group = |i: &u32| {
             let plant = &bed.plants[*i as usize];
-            (plant.kind, cell::key(plant.root))
+            (plant.kind, cell::key(plant.root), pack::largest(plant))
         };
         let groups: Vec<Vec<u32>> =
             order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();

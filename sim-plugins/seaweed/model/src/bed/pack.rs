@@ -33,6 +33,8 @@ pub(super) struct Pack {
     jumped: u8,
     /// No part of each comes farther from its root than this [m].
     reach: [f32; WIDTH],
+    /// No plant in here is larger, see [`largest`].
+    largest: f64,
     work: Work,
 }
 
@@ -104,6 +106,7 @@ impl Pack {
             stepped: 0,
             jumped: 0,
             reach,
+            largest: plants.iter().map(|plant| largest(plant)).max().unwrap_or(0) as f64,
             work: Work::default(),
         }
     }
@@ -225,13 +228,16 @@ impl Pack {
         let highest = self.lanes().map(|(lane, _)| self.stand.origin[1].0[lane] + self.reach[lane]);
         let waves: f32 = sea.around.waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
         let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
-        let top = anchor.y + 0.5 * super::cell::SIZE + sea.kind.skeleton.reach() * LARGEST;
+        // A plant may bend up, or toward the eye, out of its cell.
+        let reach = sea.kind.skeleton.reach() * self.largest;
+        let top = (anchor.y + 0.5 * super::cell::SIZE + reach).min(0.0);
+        let distance = (sea.cell.distance(sea.view.eye) - reach).max(0.0);
         Pass {
             joints: &sea.kind.skeleton.joints,
             water: Water {
                 currents: &sea.cell.currents,
                 trains,
-                count: sea.choice.count(top.min(0.0) as f32, sea.cell.distance(sea.view.eye) as f32),
+                count: sea.choice.count(top as f32, distance as f32),
                 share: sea.levels.waves as f32,
             },
             level: anchor.y as f32,
@@ -244,8 +250,12 @@ impl Pack {
     }
 }
 
-/// Largest size of a plant that the choice of trains counts with; what is larger chooses as if it were.
-const LARGEST: f64 = 2.0;
+/// The size that the choice of trains counts with for a plant: one for most of them, the next whole number
+/// for larger ones. Packs hold plants of one such size, so that what one gets is its own affair.
+pub(super) fn largest(plant: &Plant) -> u64 {
+    plant.size.max(2.0).ceil() as u64
+}
+
 /// Lower than anything.
 const NO_GROUND: f32 = -1e30;
 
