@@ -140,6 +140,11 @@ impl Pack {
         self.jumped >> lane & 1 != 0
     }
 
+    /// No part of a plant comes farther from its root than this [m].
+    pub(super) fn reach(&self, lane: usize) -> f32 {
+        self.reach[lane]
+    }
+
     /// Centre of gravity, its velocity and acceleration.
     pub(super) fn gravity(&self, lane: usize, anchor: DVec3) -> [DVec3; 3] {
         let of = |lanes: &[Lane; 3]| DVec3::from([0, 1, 2].map(|i| f64::from(lanes[i].0[lane])));
@@ -165,7 +170,9 @@ impl Pack {
             }
             *steps = dt;
             self.stepped |= 1 << lane;
-            let wanted = sea.levels.wanted(upright_distance(sea.view.eye, root, reach));
+            // What is large is seen from far away: its distance counts in its own lengths.
+            let distance = upright_distance(sea.view.eye, root, reach) / (reach / USUAL).max(1.0);
+            let wanted = sea.levels.wanted(distance);
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
             if self.paused[lane] > 0.0 {
                 // Nobody saw what it was before.
@@ -255,6 +262,9 @@ impl Pack {
 pub(super) fn largest(plant: &Plant) -> u64 {
     plant.size.max(2.0).ceil() as u64
 }
+
+/// Plants that are larger than this [m] count as so much nearer.
+const USUAL: f64 = 2.0;
 
 /// Lower than anything.
 const NO_GROUND: f32 = -1e30;

@@ -195,7 +195,7 @@ fn wrong_species_are_refused_with_their_key() {
     let text = with(json!({"stem": {"segments": 10_000_000}}));
     assert_eq!(text, "species.odd.stem.segments: must be at most 256, is 10000000");
     let text = with(json!({"stem": {"segments": 256, "count": 64}}));
-    assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 4096 are allowed");
+    assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 256 are allowed");
     // Each number is within its range, but not the segment that they make.
     let text = with(json!({"stem": {
         "length": 80.0, "segments": 1, "tissue": {"rigidity": 1e-7, "tip_rigidity": 1e-4},
