@@ -292,11 +292,8 @@ impl Plugin for Seaweeds {
         let whole = input.param(id::WHOLE) >= 0.5;
         let (plants, joints) = (bed.plants().len(), bed.plan_joints(whole));
         let objects = bed.object_count();
-        let room = (
-            output.reserve::<abi::Object>(objects)?,
-            output.reserve::<abi::Skinned>(plants)?,
-            output.reserve::<abi::Joint>(joints)?,
-        );
+        bed.write_objects(around.workers, output.reserve::<abi::Object>(objects)?);
+        let room = (output.reserve::<abi::Skinned>(plants)?, output.reserve::<abi::Joint>(joints)?);
         let drawing = Drawing { dresses: &stand.dresses, wears: &self.wears, whole };
         bed.draw(around.level, around.workers, &drawing, room);
         output.commit::<abi::Object>(objects)?;

@@ -6,12 +6,12 @@
 use glam::{Quat, Vec3};
 use reef_flow::Level;
 use reef_sdk::{
-    Parts, Workers,
+    Chunks, Parts, Workers,
     abi::{self, Joint, Object, Skinned},
 };
 
 use super::{
-    Bed, JointPose, Pack, bed_id, id_of,
+    BED, Bed, JointPose, Pack, id_of,
     poses::{frames, one},
 };
 use crate::looks::Dress;
@@ -35,6 +35,9 @@ pub struct Drawing<'a> {
     /// Whether far plants are moved as a whole.
     pub whole: bool,
 }
+
+/// Objects that one job writes.
+const OBJECTS: usize = 256;
 
 /// How much a plant moves as a whole: 1, by one joint alone.
 fn share_of_whole(pack: &Pack, lane: usize, whole: bool) -> f32 {
@@ -62,45 +65,54 @@ impl Bed {
         joints
     }
 
-    /// Objects: a plant each, and after them the bed itself, which calms the water.
+    /// Objects: the bed itself, which calms the water, and then a plant each.
     pub fn object_count(&self) -> usize {
-        self.plants.len() + usize::from(!self.plants.is_empty())
+        1 + self.plants.len()
     }
 
-    /// Writes [`Bed::object_count`] objects, an element of each plant, and the joints that [`Bed::plan_joints`] counted.
+    /// Writes [`Bed::object_count`] objects, in the order of the plants' numbers.
+    pub fn write_objects(&self, workers: Workers<'_>, objects: &mut [Object]) {
+        let Some((bed, objects)) = objects.split_first_mut() else { return };
+        *bed = Object { id: BED, ..Object::default() };
+        workers.for_each_part(Chunks::new(objects, OBJECTS), |part, objects| {
+            for (number, object) in (part * OBJECTS..).zip(objects) {
+                let [pack, lane] = self.places[number];
+                let (pack, lane) = (&self.packs[pack as usize], lane as usize);
+                *object = Object {
+                    id: id_of(number),
+                    origin: self.plants[number].root.to_array(),
+                    bounds_radius: pack.reach(lane),
+                    flags: if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 },
+                    ..Object::default()
+                };
+            }
+        });
+    }
+
+    /// Writes an element of each plant, and the joints that [`Bed::plan_joints`] counted.
     pub fn draw(
         &mut self,
         level: Level,
         workers: Workers<'_>,
         how: &Drawing<'_>,
-        (objects, elements, joints): (&mut [Object], &mut [Skinned], &mut [Joint]),
+        (elements, joints): (&mut [Skinned], &mut [Joint]),
     ) {
-        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, kinds, plants, bases, .. } = self;
-        let (objects, bed) = objects.split_at_mut(plants.len());
-        for (object, first) in bed.iter_mut().zip(plants.iter()) {
-            *object = Object { id: bed_id(plants.len()), origin: first.root.to_array(), ..Object::default() };
-        }
+        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, kinds, bases, .. } = self;
         super::poses::fit(bases, kinds, workers.count());
-        let (kinds, plants, packs, rows) = (&*kinds, &*plants, packs.as_slice(), rows.as_slice());
+        let (kinds, packs, rows) = (&*kinds, packs.as_slice(), rows.as_slice());
         let (row_bounds, drawn_bounds, plant_bounds) = (&*row_bounds, &*drawn_bounds, &*plant_bounds);
-        let split = (
-            Parts::new(objects, plant_bounds),
-            Parts::new(elements, plant_bounds),
-            Parts::new(joints, drawn_bounds),
-        );
-        workers.for_each_part_with(bases, split, |bases, number, (objects, elements, mut room)| {
+        let split = (Parts::new(elements, plant_bounds), Parts::new(joints, drawn_bounds));
+        workers.for_each_part_with(bases, split, |bases, number, (elements, mut room)| {
             let pack = &packs[number];
             let kind = &kinds[pack.kind()];
             let segments = &kind.skeleton.joints;
             let rows = &rows[row_bounds[number]..row_bounds[number + 1]];
             // Who all move as a whole need their first segments alone.
-            let bent = room.len() > objects.len() || segments.len() == 1;
+            let bent = room.len() > elements.len() || segments.len() == 1;
             let computed = if bent { segments.len() } else { 1 };
             reef_flow::dispatch!(level, simd => frames(simd, &segments[..computed], pack, rows, bases));
             let mut first_joint = drawn_bounds[number];
-            let first_object = plant_bounds[number];
-            let out = objects.iter_mut().zip(elements).enumerate();
-            for ((lane, plant), (nth, (object, element))) in pack.lanes().zip(out) {
+            for ((lane, plant), element) in pack.lanes().zip(elements) {
                 let share = share_of_whole(pack, lane, how.whole);
                 let count = if share >= 1.0 { 1 } else { segments.len() };
                 let (own, rest) = core::mem::take(&mut room).split_at_mut(count);
@@ -115,18 +127,11 @@ impl Bed {
                     }
                 }
                 let flags = if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 };
-                let index = plant as usize;
-                *object = Object {
-                    id: id_of(index),
-                    origin: plants[index].root.to_array(),
-                    bounds_radius: pack.reach(lane),
-                    flags,
-                    ..Object::default()
-                };
-                let dress = how.dresses.get(index).copied().unwrap_or_default();
+                let dress = how.dresses.get(plant as usize).copied().unwrap_or_default();
                 let wear = how.wears.get(dress.number as usize).copied().unwrap_or_default();
                 *element = Skinned {
-                    object: (first_object + nth) as u32,
+                    // After the bed's own.
+                    object: 1 + plant,
                     mesh: wear.mesh,
                     material: wear.material,
                     flags,

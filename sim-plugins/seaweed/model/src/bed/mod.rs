@@ -143,10 +143,8 @@ pub struct Bed {
     bases: Vec<Vec<poses::Bases>>,
 }
 
-/// Owner of what the plants of a bed of so many emit together.
-fn bed_id(plants: usize) -> u64 {
-    plants as u64 + 1
-}
+/// The object that all plants are together: owner of what they emit together.
+pub const BED: u64 = 1 << 32;
 
 /// The object that a plant is, by its number.
 pub fn id_of(plant: usize) -> u64 {
