@@ -3,6 +3,7 @@
 
 pub mod allocations;
 mod billboards;
+mod cells;
 pub mod churn;
 mod contract;
 mod fibre;
@@ -11,7 +12,9 @@ mod meshes;
 pub mod reload;
 mod render;
 pub mod report;
+mod seaweed;
 mod table1;
+mod table2;
 mod waves;
 
 use reef_command::Common;
@@ -71,9 +74,19 @@ const BENCHES: &[Bench] = &[
         run: render::run,
     },
     Bench {
+        name: "seaweed",
+        about: "joint-steps of the seaweeds through a scene, beside a bare kernel's ceiling",
+        run: seaweed::run,
+    },
+    Bench {
         name: "table1",
         about: "the particles of the paper's table 1 at five distances, with and without levels of detail, and those of the default sea",
         run: table1::run,
+    },
+    Bench {
+        name: "table2",
+        about: "the seaweeds of the paper's table 2, with and without levels of detail, and its plants and particles together",
+        run: table2::run,
     },
     Bench {
         name: "waves",

@@ -6,20 +6,17 @@
 //! of 2003. Here steps and pictures are told apart: what the levels of detail save of the simulation is
 //! judged by ratios within one run.
 
-use std::{path::Path, time::Instant};
-
 use glam::DVec3;
 use reef_command::{Common, open};
-use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_plugin::Registry;
-use reef_render::{Quality, Settings, Shot, Studio};
 use reef_report::failure::Failure;
-use reef_sea::{Options, World, step::camera};
-use reef_streams::frame::{CameraPose, Frame};
+use reef_sea::{World, step::camera};
+use reef_streams::frame::CameraPose;
 
 use super::{
+    cells::{figure, line, pictures, set, world},
     fibre::running,
-    measure::{Work, best, median, rounds},
+    measure::{Work, best, rounds},
     report::{Bar, Report},
 };
 
@@ -77,9 +74,6 @@ const BOTH: usize = 4;
 const ROUNDS: usize = 30;
 /// Steps before anything is measured.
 const WARM_STEPS: usize = 20;
-/// Picture [px], and how many are measured of each cell.
-const SIZE: (u32, u32) = (1280, 720);
-const PICTURES: usize = 3;
 /// The bar for a step of the default sea's particles [ms].
 const DEFAULT_SEA: f64 = 1.0;
 /// What the levels of detail have to save at 12 m, as a multiple; the paper's saved 11 times the whole frame.
@@ -145,20 +139,9 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     Ok(report)
 }
 
-/// Numbers in columns.
-fn line(values: &[f64]) -> String {
-    values.iter().map(|value| format!("{value:>9.0}")).collect()
-}
-
 /// The same with a digit behind the point.
 fn tenths(values: &[f64]) -> String {
     values.iter().map(|value| format!("{value:>9.1}")).collect()
-}
-
-/// A figure of the scene's first module.
-fn figure(world: &World, name: &str) -> f64 {
-    let figures = world.instance(0).map(|instance| instance.figures()).unwrap_or_default();
-    figures.into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
 /// Wave trains that the last step evaluated for one orbit, in the mean.
@@ -178,84 +161,17 @@ fn cell(common: &Common, plugins: &Registry, row: &Row, distance: f64) -> Result
     Ok(world)
 }
 
-/// A scene's sea with some of its modules.
-fn world(
-    common: &Common,
-    plugins: &Registry,
-    scene: &str,
-    wanted: impl Fn(&str) -> bool,
-) -> Result<World, Failure> {
-    let mut scene = open::scene(common, Path::new(scene), plugins)?;
-    scene.modules.retain(|module| wanted(&module.plugin));
-    World::new(scene, plugins, &Options { seed: common.seed, ..Options::default() }).map_err(Failure::input)
-}
-
 /// Switches the levels of detail of all particles.
 fn switch(world: &mut World, trains: Trains, levels: bool) {
-    let settings: Vec<(usize, u32, f64)> = world
-        .modules()
-        .enumerate()
-        .flat_map(|(module, (_, info))| {
-            info.params.iter().filter_map(move |param| {
-                let on = match param.key.as_str() {
-                    "trains" => trains != Trains::All,
-                    "selection" => trains == Trains::Each,
-                    "visible" | "masters" | "fog" => levels,
-                    _ => return None,
-                };
-                Some((module, param.id, f64::from(on)))
-            })
-        })
-        .collect();
-    for (module, id, value) in settings {
-        world.set_param(module, id, value);
-    }
-}
-
-/// Seconds a picture of each cell; None where there is no Vulkan.
-fn pictures(common: &Common, cells: &[World], report: &mut Report) -> Result<Option<Vec<f64>>, Failure> {
-    let gpu = match Gpu::open(&GpuOptions::from_environment(common.device.clone(), Validation::Off)) {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            report.note(format!("No pictures: {error}"));
-            return Ok(None);
-        }
-    };
-    let measured = draw(&gpu, cells);
-    report.note(format!(
-        "Pictures: {} on {}, {}×{}, low quality, medians of {PICTURES}.",
-        gpu.info().name,
-        gpu.info().driver,
-        SIZE.0,
-        SIZE.1
-    ));
-    gpu.close();
-    Ok(Some(measured?))
-}
-
-fn draw(gpu: &Gpu, cells: &[World]) -> Result<Vec<f64>, Failure> {
-    let mut studio = Studio::new(gpu, SIZE)?;
-    let settings = Settings { quality: Quality::Low, ..Settings::default() };
-    let mut times = Vec::new();
-    for world in cells {
-        let frame: &Frame = world.frame();
-        let shot = Shot {
-            previous: frame,
-            current: frame,
-            alpha: 1.0,
-            camera: frame.camera,
-            environment: world.environment(),
+    set(world, |_, key| {
+        let on = match key {
+            "trains" => trains != Trains::All,
+            "selection" => trains == Trains::Each,
+            "visible" | "masters" | "fog" => levels,
+            _ => return None,
         };
-        studio.run(&shot, &settings)?;
-        let mut own = Vec::new();
-        for _ in 0..PICTURES {
-            let start = Instant::now();
-            studio.run(&shot, &settings)?;
-            own.push(start.elapsed().as_secs_f64());
-        }
-        times.push(median(own));
-    }
-    Ok(times)
+        Some(f64::from(on))
+    });
 }
 
 /// A step of the default sea's particles alone, with levels of detail and without.

@@ -13,6 +13,7 @@
 //! multiply-add that is written as fused is fused, lanes are independent points.
 
 pub mod bounds;
+pub mod color;
 pub mod field;
 pub mod keyframe;
 pub mod limit;

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
-use reef_flow::random::{Random, mix};
+use reef_flow::{
+    color::linear_rgb,
+    random::{Random, mix},
+};
 use reef_sdk::{
     ConfigError, SceneInfo,
     abi::{self, Material, fnv1a_32},
@@ -15,7 +18,7 @@ use crate::{
     math, phyllotaxis,
     plant::{Follower, Plant, Strand, split},
     shape::FibreShape,
-    species::{PatternKind, Species, Surface, linear_rgb},
+    species::{PatternKind, Species, Surface},
     wide::{Drag, Place},
 };
 

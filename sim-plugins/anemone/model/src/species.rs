@@ -5,6 +5,7 @@
 //! assets/species/README.md are made from them.
 
 use glam::DVec2;
+use reef_flow::color::linear_rgb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -278,19 +279,6 @@ pub struct Look {
     pub tentacles: Surface,
 }
 
-/// Linear red, green, blue of a colour like "#A8182A"; None where it is written in another way.
-pub fn linear_rgb(text: &str) -> Option<[f32; 3]> {
-    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
-    let mut rgb = [0.0; 3];
-    for (channel, at) in rgb.iter_mut().zip([0, 2, 4]) {
-        let value = f64::from(u8::from_str_radix(&digits[at..at + 2], 16).ok()?) / 255.0;
-        let linear =
-            if value <= 0.040_45 { value / 12.92 } else { crate::math::pow((value + 0.055) / 1.055, 2.4) };
-        *channel = linear as f32;
-    }
-    Some(rgb)
-}
-
 impl Species {
     /// What the ranges of single keys cannot say. The message begins with the key.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
@@ -380,17 +368,6 @@ impl Species {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn colours_are_read_as_srgb() {
-        assert_eq!(linear_rgb("#000000"), Some([0.0; 3]));
-        assert_eq!(linear_rgb("#FFffFF"), Some([1.0; 3]));
-        // 0x80 is 0.2159 in linear light, by the definition of sRGB.
-        assert!((linear_rgb("#800000").unwrap_or_default()[0] - 0.215_86).abs() < 1e-4);
-        for bad in ["", "red", "#12345", "#1234567", "#12345g", "#é2345"] {
-            assert_eq!(linear_rgb(bad), None, "{bad}");
-        }
-    }
 
     #[test]
     fn the_column_flares_at_the_ground_and_at_the_disc() {

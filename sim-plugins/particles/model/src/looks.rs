@@ -2,13 +2,13 @@
 
 use core::f64::consts::TAU;
 
-use reef_flow::{math::cos_sin_f64, random::mix};
-
-use crate::{
-    config::BoxPlan,
-    kind::Orientation,
-    texture::{Mean, byte, linear},
+use reef_flow::{
+    color::{byte, linear},
+    math::cos_sin_f64,
+    random::mix,
 };
+
+use crate::{config::BoxPlan, kind::Orientation, texture::Mean};
 
 const SIZES: usize = 256;
 const COLORS: usize = 16;

@@ -1,6 +1,6 @@
 //! Pictures of particles: bytes of a PNG file as texels, and what they look like from afar.
 
-use glam::DVec2;
+use reef_flow::color::linear;
 
 /// Eight bits a channel, sRGB, straight alpha.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,19 +55,6 @@ impl Picture {
     }
 }
 
-/// sRGB's curve, the same on every machine.
-pub fn linear(byte: u8) -> f64 {
-    let x = f64::from(byte) / 255.0;
-    if x <= 0.04045 { x / 12.92 } else { DVec2::splat((x + 0.055) / 1.055).powf(2.4).x }
-}
-
-/// The byte of a linear value, which is cut to 0..1.
-pub fn byte(linear: f64) -> u8 {
-    let x = linear.clamp(0.0, 1.0);
-    let curve = if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * DVec2::splat(x).powf(1.0 / 2.4).x - 0.055 };
-    (curve * 255.0).round() as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,10 +71,5 @@ mod tests {
             assert!(mean.color.iter().all(|c| (0.05..=1.0).contains(c)), "{mean:?}");
         }
         assert_eq!(Picture::decode(b"no picture"), None);
-    }
-
-    #[test]
-    fn bytes_come_back_from_linear_light() {
-        assert!((0..=255).all(|b| byte(linear(b)) == b));
     }
 }

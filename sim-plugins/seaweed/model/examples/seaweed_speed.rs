@@ -37,7 +37,7 @@ fn blade(count: usize, length: f64) -> Skeleton {
 
 /// Plants over 40 × 10 m, or as much more as there are more of them.
 fn bed(count: usize, skeleton: Skeleton, far: f64) -> Bed {
-    let kind = Kind { skeleton, lag: 0.3, disturbance: 0.01 };
+    let kind = Kind::new(skeleton, 0.3, 0.01);
     let plants = (0..count).map(|i| {
         let place = |factor: f64, size: f64| ((i as f64 * factor).fract() - 0.5) * size;
         let root = DVec3::new(place(0.754_877_666, 0.25 * far), -4.0, place(0.569_840_291, far));

@@ -1,34 +1,76 @@
-//! From a species' table to its skeleton.
+//! From a species' table to its skeleton, and to the limbs that its mesh is made of.
 
 use core::{f64::consts, ops::Range};
 
 use glam::DVec2;
+use reef_flow::waves::GRAVITY;
 
 use crate::{
-    skeleton::{MOST_SEGMENTS, Segment, Skeleton, SkeletonError},
+    skeleton::{Segment, Skeleton, SkeletonError},
     species::{Species, Tissue},
 };
 
-/// [m/s²]
-const GRAVITY: f64 = 9.80665;
+/// Most segments that a species may grow: as many joints move a mesh.
+pub const MOST_GROWN: u64 = 256;
+
 /// Turns any number of stems evenly around a holdfast [rad].
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// What a limb is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// It stands in the ground.
+    Stem,
+    /// It goes on where another ends, beside its twin.
+    Fork,
+    /// It hangs on a stem.
+    Blade,
+}
+
+/// A row of segments, each on the one before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limb {
+    /// What it is.
+    pub part: Part,
+    /// Its segments, by their numbers in the skeleton.
+    pub segments: Range<usize>,
+    /// The segment that it stands on; None: the ground.
+    pub on: Option<usize>,
+    /// Its length [m].
+    pub length: f64,
+    /// Lift of the bladder at its base [N].
+    pub bladder: f64,
+    /// Whether forks go on at its end.
+    pub goes_on: bool,
+    /// Which one of its kind on what it stands on.
+    pub number: u32,
+}
 
 /// The skeleton of a species at a size of 1.
 ///
 /// # Errors
 /// More segments than a plant may have.
 pub fn skeleton(species: &Species) -> Result<Skeleton, SkeletonError> {
+    Ok(grow(species)?.0)
+}
+
+/// The skeleton of a species at a size of 1, and the limbs that it is made of.
+///
+/// # Errors
+/// More segments than a plant may have.
+pub fn grow(species: &Species) -> Result<(Skeleton, Vec<Limb>), SkeletonError> {
     let count = segments(species);
-    if count > MOST_SEGMENTS as u64 {
-        let problem = format!("makes {count} with all branches; at most {MOST_SEGMENTS} are allowed");
+    if count > MOST_GROWN {
+        let problem = format!("makes {count} with all branches; at most {MOST_GROWN} are allowed");
         return Err(SkeletonError { segment: None, key: "stem.segments", problem });
     }
-    let mut plant = Growing { species, segments: Vec::with_capacity(count as usize), turns: Vec::new() };
+    let room = Vec::with_capacity(count as usize);
+    let mut plant = Growing { species, segments: room, turns: Vec::new(), limbs: Vec::new() };
     for number in 0..species.stem.count {
         plant.stem(number);
     }
-    Skeleton::new(&plant.segments)
+    // Parents grow before what stands on them: the skeleton keeps the order, and with it the limbs' numbers.
+    Ok((Skeleton::new(&plant.segments)?, plant.limbs))
 }
 
 /// How many segments a species has.
@@ -45,11 +87,15 @@ struct Growing<'a> {
     segments: Vec<Segment>,
     /// How far the base of each is turned about the plant's axis [rad].
     turns: Vec<f64>,
+    limbs: Vec<Limb>,
 }
 
 /// Where a branch begins, and how.
 #[derive(Clone, Copy)]
 struct Branch<'a> {
+    part: Part,
+    number: u32,
+    goes_on: bool,
     /// On which segment, how high on it [m]; None: on the ground.
     on: Option<(usize, f64)>,
     /// Turn about the plant's axis, and lean from what it stands on [rad].
@@ -74,6 +120,9 @@ impl<'a> Growing<'a> {
         let azimuth = f64::from(number) * GOLDEN_ANGLE;
         let out = (f64::from(number) / f64::from(stem.count.max(2) - 1)).sqrt();
         let own = self.branch(&Branch {
+            part: Part::Stem,
+            number,
+            goes_on: species.forks.times > 0,
             on: None,
             azimuth,
             lean: stem.spread.to_radians() * out,
@@ -115,7 +164,17 @@ impl<'a> Growing<'a> {
             self.segments.push(segment);
             self.turns.push(turn);
         }
-        first..self.segments.len()
+        let segments = first..self.segments.len();
+        self.limbs.push(Limb {
+            part: branch.part,
+            segments: segments.clone(),
+            on: branch.on.map(|(on, _)| on),
+            length: branch.length,
+            bladder: branch.bladder,
+            goes_on: branch.goes_on,
+            number: branch.number,
+        });
+        segments
     }
 
     /// The blades of a stem.
@@ -130,6 +189,9 @@ impl<'a> Growing<'a> {
             // Below the segment's end: a blade there would be the stem itself that goes on.
             let height = (place - on as f64 * each).clamp(0.0, 0.99 * each);
             self.branch(&Branch {
+                part: Part::Blade,
+                number: i,
+                goes_on: false,
                 on: Some((stem.start + on, height)),
                 azimuth: f64::from(i) * blades.spiral.to_radians(),
                 lean: blades.angle.to_radians(),
@@ -148,8 +210,11 @@ impl<'a> Growing<'a> {
         let species = self.species;
         let forks = &species.forks;
         let height = self.segments[on].length;
-        for side in [0.0, consts::PI] {
+        for (number, side) in [(0, 0.0), (1, consts::PI)] {
             let own = self.branch(&Branch {
+                part: Part::Fork,
+                number,
+                goes_on: times > 1,
                 on: Some((on, height)),
                 azimuth: azimuth + side,
                 lean: forks.angle.to_radians(),
@@ -219,7 +284,7 @@ mod tests {
         let error = skeleton(&Species { stem, ..Species::default() }).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "stem.segments: makes 16384 with all branches; at most 4096 are allowed"
+            "stem.segments: makes 16384 with all branches; at most 256 are allowed"
         );
     }
 

@@ -13,7 +13,8 @@
 //! - [`water`]: what is taken from the sea; [`levels`], [`view`]: what is left out of it.
 //! - [`bed`]: all plants, stepped together, eight plants a vector, in packs.
 //! - [`species`], [`grow`]: from a table of parameters to a skeleton; [`config`], [`sow`]: where plants
-//!   stand, and how individuals differ.
+//!   stand, and how individuals differ; [`mesh`], [`looks`]: what they look like.
+//! - [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the paper
 //!
@@ -30,10 +31,14 @@
 
 pub mod bed;
 pub mod config;
+mod debug;
 pub mod grow;
 mod kernel;
 mod lanes;
 pub mod levels;
+pub mod looks;
+pub mod mesh;
+pub mod plugin;
 pub mod reference;
 pub mod skeleton;
 pub mod sow;
@@ -41,3 +46,4 @@ pub mod species;
 pub mod water;
 
 pub use kernel::bare;
+pub use plugin::Seaweeds;

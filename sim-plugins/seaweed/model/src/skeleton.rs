@@ -219,6 +219,11 @@ impl Skeleton {
         &self.segments
     }
 
+    /// Where the segments begin at rest, relative to a root that stands upright [m], and their bases.
+    pub fn rest(&self) -> Vec<(DVec3, DQuat)> {
+        rest_bases(&self.segments)
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.joints.len()
@@ -363,8 +368,16 @@ fn levels(segments: &[Segment]) -> Vec<Detail> {
     levels
 }
 
-/// Where the segments end at rest, relative to a root that stands upright [m]. Parents come first.
+/// Where the segments end at rest, relative to a root that stands upright [m].
 fn rest_ends(segments: &[Segment]) -> Vec<DVec3> {
+    let up =
+        |(segment, (origin, turn)): (&Segment, (DVec3, DQuat))| origin + turn * (segment.length * DVec3::Y);
+    segments.iter().zip(rest_bases(segments)).map(up).collect()
+}
+
+/// Where the segments begin at rest, relative to a root that stands upright [m], and their bases. Parents
+/// come first.
+fn rest_bases(segments: &[Segment]) -> Vec<(DVec3, DQuat)> {
     let mut bases: Vec<(DVec3, DQuat)> = Vec::with_capacity(segments.len());
     for segment in segments {
         let (origin, turn) = segment.parent.map_or((DVec3::ZERO, DQuat::IDENTITY), |parent| bases[parent]);
@@ -374,11 +387,7 @@ fn rest_ends(segments: &[Segment]) -> Vec<DVec3> {
             turn * DQuat::from_rotation_y(segment.theta) * DQuat::from_rotation_x(segment.phi),
         ));
     }
-    segments
-        .iter()
-        .zip(bases)
-        .map(|(segment, (origin, turn))| origin + turn * (segment.length * DVec3::Y))
-        .collect()
+    bases
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use reef_sdk::{ConfigError, Heightfield, SceneInfo, abi::Obstacle, ranges};
 use crate::{
     bed::{Kind, Plant, ground_at},
     config::{BedTable, Config, MOST_JOINTS, MOST_PLANTS, On, Single},
-    grow,
+    grow::{self, Limb},
     species::Species,
 };
 
@@ -65,9 +65,10 @@ fn place_hash([i, j]: [i64; 2]) -> u64 {
 
 /// A species and what grows from it.
 #[derive(Clone, Debug)]
-struct Sort {
-    species: Species,
-    kind: Kind,
+pub(crate) struct Sort {
+    pub(crate) species: Species,
+    pub(crate) kind: Kind,
+    pub(crate) limbs: Vec<Limb>,
 }
 
 /// A checked configuration.
@@ -76,7 +77,20 @@ pub struct Plan {
     config: Config,
     names: Vec<String>,
     sorts: Vec<Sort>,
+    /// Places of single plants, and after each bed.
+    places: Vec<u64>,
     seed: u64,
+}
+
+/// Where a plant found its footing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footing {
+    /// Its place among all places of the configuration: single plants, then bed by bed.
+    pub place: u64,
+    /// Height of its root [m, world].
+    pub height: f64,
+    /// Normal of what it stands on, unit; None: it stands free.
+    pub normal: Option<DVec3>,
 }
 
 /// All plants of a configuration where they stand.
@@ -88,6 +102,8 @@ pub struct Garden {
     pub species: Vec<Species>,
     /// Plants: single ones, then bed by bed.
     pub plants: Vec<Plant>,
+    /// Where each of them found its footing.
+    pub footings: Vec<Footing>,
     /// What makes each of them.
     pub traits: Vec<Traits>,
 }
@@ -128,66 +144,125 @@ impl Plan {
             count.add(columns.saturating_mul(rows), longest, &format!("{path}.density"))?;
         }
         let (names, sorts) = sorts.into_iter().unzip();
-        Ok(Self { config: config.clone(), names, sorts, seed: scene.seed })
+        let mut places = vec![config.plants.len() as u64];
+        for bed in &config.beds {
+            let [columns, rows] = Lattice::of(bed).places;
+            places.push(places[places.len() - 1] + columns * rows);
+        }
+        Ok(Self { config: config.clone(), names, sorts, places, seed: scene.seed })
+    }
+
+    /// What was read of the species, in the order of their names.
+    pub(crate) fn sorts(&self) -> impl Iterator<Item = (&str, &Sort)> {
+        self.names.iter().map(String::as_str).zip(&self.sorts)
     }
 
     /// Everything where it stands.
     pub fn grow(&self, floor: &Floor<'_>) -> Garden {
-        let mut garden = Garden {
+        let mut garden = self.fallow();
+        for (place, single) in self.config.plants.iter().enumerate() {
+            let [x, y, z] = single.position;
+            let mut footing = Footing { place: place as u64, height: y, normal: None };
+            if floor.ground.is_some() {
+                let found = Found::at(floor, x, z);
+                footing.height += found.height;
+                footing.normal = Some(found.normal);
+            }
+            self.single(single, footing, &mut garden);
+        }
+        for (i, bed) in self.config.beds.iter().enumerate() {
+            let lattice = Lattice::of(bed);
+            for (place, at) in (self.places[i]..).zip(lattice.all()) {
+                let seedling = self.seedling(bed, i, &lattice, at);
+                let found = Found::at(floor, seedling.x, seedling.z);
+                if found.suits(bed) {
+                    let normal = (floor.ground.is_some() || found.on_rock).then_some(found.normal);
+                    self.sow(bed, seedling, Footing { place, height: found.height, normal }, &mut garden);
+                }
+            }
+        }
+        garden
+    }
+
+    /// The plants that found these footings, wherever the ground is now.
+    ///
+    /// # Errors
+    /// What is wrong with them: they are not of this configuration, or no place that a plant may have.
+    pub fn regrow(&self, footings: &[Footing]) -> Result<Garden, String> {
+        let mut garden = self.fallow();
+        let grow = footings.windows(2).all(|pair| pair[0].place < pair[1].place);
+        let all = self.places[self.places.len() - 1];
+        if !grow || footings.last().is_some_and(|last| last.place >= all) {
+            return Err(format!(
+                "has plants whose places do not grow, or are not among the {all} of this scene"
+            ));
+        }
+        for footing in footings {
+            let lies = footing.height.abs() <= FARTHEST;
+            if !lies
+                || footing
+                    .normal
+                    .is_some_and(|normal| (normal.length() - 1.0).abs() > 1e-6 || normal.is_nan())
+            {
+                return Err(format!("has a plant at place {} without a footing", footing.place));
+            }
+            let bed = self.places.partition_point(|end| *end <= footing.place);
+            match bed.checked_sub(1) {
+                None => self.single(&self.config.plants[footing.place as usize], *footing, &mut garden),
+                Some(i) => {
+                    let bed = &self.config.beds[i];
+                    let lattice = Lattice::of(bed);
+                    let at = lattice.number(footing.place - self.places[i]);
+                    self.sow(bed, self.seedling(bed, i, &lattice, at), *footing, &mut garden);
+                }
+            }
+        }
+        Ok(garden)
+    }
+
+    /// A garden without plants.
+    fn fallow(&self) -> Garden {
+        Garden {
             kinds: self.sorts.iter().map(|sort| sort.kind.clone()).collect(),
             species: self.sorts.iter().map(|sort| sort.species.clone()).collect(),
             ..Garden::default()
-        };
-        for (i, single) in self.config.plants.iter().enumerate() {
-            self.single(single, i, floor, &mut garden);
         }
-        for (i, bed) in self.config.beds.iter().enumerate() {
-            self.bed(bed, i, floor, &mut garden);
-        }
-        garden
     }
 
     fn number(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
 
-    fn single(&self, single: &Single, place: usize, floor: &Floor<'_>, garden: &mut Garden) {
+    fn single(&self, single: &Single, footing: Footing, garden: &mut Garden) {
         let Some(kind) = self.number(&single.species) else { return };
-        let seed = mix(self.seed ^ mix(single.seed.map_or(place as u64 | 1 << 40, u64::from)));
+        let seed = mix(self.seed ^ mix(single.seed.map_or(footing.place | 1 << 40, u64::from)));
         let traits = Traits::of(seed, [0, 0]);
-        let [x, y, z] = single.position;
-        let mut root = DVec3::new(x, y, z);
-        let mut normal = None;
-        if floor.ground.is_some() {
-            let footing = Footing::at(floor, x, z);
-            root.y += footing.height;
-            normal = Some(footing.normal);
-        }
-        let plant = self.individual(kind, seed, &traits, root, normal);
+        let [x, _, z] = single.position;
+        let plant = self.individual(kind, seed, &traits, DVec3::new(x, footing.height, z), footing.normal);
         garden.plants.push(Plant { yaw: single.yaw.to_radians(), size: single.scale, ..plant });
         garden.traits.push(traits);
+        garden.footings.push(footing);
     }
 
-    fn bed(&self, bed: &BedTable, place: usize, floor: &Floor<'_>, garden: &mut Garden) {
-        let seed = mix(bed.seed.map_or(self.seed, u64::from) ^ mix(place as u64));
-        let lattice = Lattice::of(bed);
-        let kinds: Vec<usize> = bed.species.iter().filter_map(|name| self.number(name)).collect();
-        for at in lattice.all() {
-            let mut random = Random::new(seed, place_hash(at) ^ 0x11);
-            let [x, z] = lattice.place(at, [random.signed(), random.signed()]);
-            let footing = Footing::at(floor, x, z);
-            if !footing.suits(bed) {
-                continue;
-            }
-            let traits = Traits::of(seed, at);
-            let kind = kinds[(random.unit() * kinds.len() as f64) as usize % kinds.len()];
-            let scale = bed.scale[0] + (bed.scale[1] - bed.scale[0]) * random.unit();
-            let root = DVec3::new(x, footing.height, z);
-            let normal = (floor.ground.is_some() || footing.on_rock).then_some(footing.normal);
-            let plant = self.individual(kind, random.bits(), &traits, root, normal);
-            garden.plants.push(Plant { size: scale * plant.size, ..plant });
-            garden.traits.push(traits);
-        }
+    /// What grows at a place of a bed, if anything does.
+    fn seedling(&self, bed: &BedTable, number: usize, lattice: &Lattice, at: [i64; 2]) -> Seedling {
+        let seed = mix(bed.seed.map_or(self.seed, u64::from) ^ mix(number as u64));
+        let mut random = Random::new(seed, place_hash(at) ^ 0x11);
+        let [x, z] = lattice.place(at, [random.signed(), random.signed()]);
+        Seedling { x, z, traits: Traits::of(seed, at), random }
+    }
+
+    fn sow(&self, bed: &BedTable, seedling: Seedling, footing: Footing, garden: &mut Garden) {
+        let Seedling { x, z, traits, mut random } = seedling;
+        let kinds = bed.species.iter().filter_map(|name| self.number(name));
+        let chosen = (random.unit() * bed.species.len() as f64) as usize % bed.species.len();
+        let Some(kind) = kinds.clone().nth(chosen) else { return };
+        let scale = bed.scale[0] + (bed.scale[1] - bed.scale[0]) * random.unit();
+        let root = DVec3::new(x, footing.height, z);
+        let plant = self.individual(kind, random.bits(), &traits, root, footing.normal);
+        garden.plants.push(Plant { size: scale * plant.size, ..plant });
+        garden.traits.push(traits);
+        garden.footings.push(footing);
     }
 
     fn individual(
@@ -218,18 +293,30 @@ impl Plan {
 /// How much of the ground's slope a plant leans with.
 const SLOPE_SHARE: f64 = 0.35;
 
+/// No plant stands higher or lower than this [m].
+const FARTHEST: f64 = 2e5;
+
+/// What may grow at a place.
+struct Seedling {
+    x: f64,
+    z: f64,
+    traits: Traits,
+    /// What is drawn next.
+    random: Random,
+}
+
 /// What lies at a place.
 #[derive(Clone, Copy, Debug)]
-struct Footing {
+struct Found {
     height: f64,
     normal: DVec3,
     on_rock: bool,
 }
 
-impl Footing {
+impl Found {
     fn at(floor: &Floor<'_>, x: f64, z: f64) -> Self {
         let (height, normal) = floor.ground.map_or((0.0, DVec3::Y), |ground| ground_at(&ground, x, z));
-        let mut footing = Self { height, normal, on_rock: false };
+        let mut found = Self { height, normal, on_rock: false };
         for rock in floor.rocks {
             let (from, delta) = (DVec3::from(rock.from), Vec3::from(rock.delta).as_dvec3());
             let radius = f64::from(rock.radius);
@@ -240,14 +327,14 @@ impl Footing {
                 let center = from + delta * t;
                 let (dx, dz) = (x - center.x, z - center.z);
                 let rise2 = radius * radius - dx * dx - dz * dz;
-                if rise2 > 0.0 && center.y + rise2.sqrt() > footing.height {
+                if rise2 > 0.0 && center.y + rise2.sqrt() > found.height {
                     let height = center.y + rise2.sqrt();
                     let normal = (DVec3::new(x, height, z) - center) / radius;
-                    footing = Self { height, normal, on_rock: true };
+                    found = Self { height, normal, on_rock: true };
                 }
             }
         }
-        footing
+        found
     }
 
     fn suits(&self, bed: &BedTable) -> bool {
@@ -290,6 +377,11 @@ impl Lattice {
     fn all(self) -> impl Iterator<Item = [i64; 2]> {
         let [columns, rows] = self.places.map(|count| count as i64);
         (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
+    }
+
+    /// A place by its number in [`Lattice::all`].
+    fn number(self, number: u64) -> [i64; 2] {
+        [(number % self.places[0]) as i64, (number / self.places[0]) as i64]
     }
 
     /// x and z of a place, moved by a share of the way to its neighbours.
@@ -354,7 +446,7 @@ fn read<'a>(
         ranges::check(&species).map_err(|error| error.within(&inside))?;
         let at = |key: &str, problem: String| ConfigError::new(format!("{inside}.{key}"), problem);
         species.check().map_err(|(key, problem)| at(key, problem))?;
-        let skeleton = grow::skeleton(&species).map_err(|error| match error.segment {
+        let (skeleton, limbs) = grow::grow(&species).map_err(|error| match error.segment {
             None => at(error.key, error.problem),
             // No key of the table is wrong by itself: what they make together is.
             Some(number) => {
@@ -362,8 +454,8 @@ fn read<'a>(
                 ConfigError::new(inside.clone(), problem)
             }
         })?;
-        let kind = Kind { skeleton, lag: species.motion.lag, disturbance: species.motion.disturbance };
-        sorts.insert(name.to_owned(), Sort { species, kind });
+        let kind = Kind::new(skeleton, species.motion.lag, species.motion.disturbance);
+        sorts.insert(name.to_owned(), Sort { species, kind, limbs });
     }
     sorts.get(name).ok_or_else(|| ConfigError::new(path, format!("unknown species `{name}`")))
 }

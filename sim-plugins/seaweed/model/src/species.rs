@@ -3,6 +3,7 @@
 //! The doc comments and ranges here are the reference: the JSON Schema, the checks of scenes, and
 //! assets/species/SEAWEEDS.md are made from them.
 
+use reef_flow::color::linear_rgb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -270,6 +271,19 @@ pub struct Look {
     /// Width of the midrib, as a share of the blade's. 0: none.
     #[schemars(range(min = 0.0, max = 0.5))]
     pub midrib: f64,
+    /// Share of a flat stem's length that is a round stipe, below its blade. 0: the blade begins at the
+    /// ground.
+    #[schemars(range(min = 0.0, max = 0.9))]
+    pub stipe: f64,
+    /// Radius of the claw that holds it to the ground. 0: none is seen.
+    #[schemars(range(min = 0.0, max = 2.0), extend("x-unit" = "m"))]
+    pub holdfast: f64,
+    /// Teeth on each side of a blade, which make it a feather. 0: none.
+    #[schemars(range(min = 0, max = 64))]
+    pub teeth: u32,
+    /// Length of the longest of them.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "m"))]
+    pub tooth: f64,
 }
 
 impl Default for Look {
@@ -282,6 +296,10 @@ impl Default for Look {
             ruffle: 0.0,
             ruffles: 0.0,
             midrib: 0.0,
+            stipe: 0.0,
+            holdfast: 0.0,
+            teeth: 0,
+            tooth: 0.0,
         }
     }
 }
@@ -295,8 +313,7 @@ impl Species {
         for (key, color) in
             [("look.stem", &self.look.stem), ("look.base", &self.look.base), ("look.tip", &self.look.tip)]
         {
-            let digits = color.strip_prefix('#').unwrap_or_default();
-            if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            if linear_rgb(color).is_none() {
                 return Err((key, format!("must be a colour like \"#6B7A2A\", is {color:?}")));
             }
         }

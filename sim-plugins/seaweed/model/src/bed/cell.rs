@@ -29,7 +29,6 @@ const STRIP: f64 = 2.0;
 /// One of them.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
-    key: [i64; 3],
     anchor: DVec3,
     /// Around all plants, whatever they do.
     bounds: Sphere,
@@ -46,7 +45,6 @@ impl Cell {
     pub(super) fn new(key: [i64; 3]) -> Self {
         let anchor = DVec3::from(key.map(|x| x as f64 * SIZE));
         Self {
-            key,
             anchor,
             bounds: Sphere { center: anchor.to_array(), radius: 0.0 },
             currents: Packed::new(),
@@ -55,10 +53,6 @@ impl Cell {
             most_trains: 0,
             visible: true,
         }
-    }
-
-    pub(super) fn key(&self) -> [i64; 3] {
-        self.key
     }
 
     /// [m, world]

@@ -6,7 +6,7 @@ use glam::DVec3;
 use reef_flow::{Sphere, velocity8};
 use reef_sdk::abi::{self, Flow};
 
-use super::{Bed, Kind, Plant, Surroundings, bed_id, id_of};
+use super::{BED, Bed, Kind, Plant, Surroundings, id_of};
 use crate::lanes::{Lane, WIDTH};
 
 /// Side of the squares [m] whose plants shelter together what is behind them.
@@ -124,7 +124,7 @@ impl Bed {
     /// Dense squares calm the water behind them: what their plants take from the current's momentum on its
     /// way through.
     fn shelters(&mut self, around: &Surroundings<'_>) {
-        let owner = bed_id(self.plants.len());
+        let owner = BED;
         for patch in &self.patches {
             let height = patch.height.max(0.1);
             // Share of its momentum that water of 1 m/s loses on its way through the square.

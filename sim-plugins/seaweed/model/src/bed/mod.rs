@@ -8,12 +8,15 @@
 //! pieces.
 
 mod cell;
+mod draw;
 mod flows;
 mod pack;
 mod poses;
 mod state;
 
-use glam::DVec3;
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
 use reef_flow::{Field, Level, Packed, view::View, waves::Choice};
 use reef_sdk::{
     Chunks, Heightfield, Parts, Workers,
@@ -28,6 +31,7 @@ use crate::{
 
 pub use crate::kernel::Work;
 use cell::Cell;
+pub use draw::{Drawing, Wear};
 use pack::{Pack, Scratch};
 pub use poses::JointPose;
 pub use state::State;
@@ -37,10 +41,24 @@ pub use state::State;
 pub struct Kind {
     /// Its segments, at a size of 1.
     pub skeleton: Skeleton,
+    /// Where they are at rest.
+    pub rest: Vec<JointPose>,
     /// τ: lag of the procedural method [s].
     pub lag: f64,
     /// What its sources get from its acceleration: Φ over |a| at a size of 1 [m²·s].
     pub disturbance: f64,
+}
+
+impl Kind {
+    /// A species: its skeleton, the lag of the procedural method [s], and Φ over |a| of its sources [m²·s].
+    pub fn new(skeleton: Skeleton, lag: f64, disturbance: f64) -> Self {
+        let pose = |(origin, turn): (DVec3, DQuat)| JointPose {
+            position: origin.as_vec3().to_array(),
+            rotation: turn.normalize().as_quat().normalize().to_array(),
+        };
+        let rest = skeleton.rest().into_iter().map(pose).collect();
+        Self { skeleton, rest, lag, disturbance }
+    }
 }
 
 /// One plant.
@@ -100,6 +118,10 @@ pub struct Bed {
     row_bounds: Vec<usize>,
     /// Where each pack's joints begin among the poses.
     pose_bounds: Vec<usize>,
+    /// Where each pack's plants begin among the objects.
+    plant_bounds: Vec<usize>,
+    /// Where each pack's joints begin among those that are drawn in this step.
+    drawn_bounds: Vec<usize>,
     /// Pack and lane of each plant.
     places: Vec<[u32; 2]>,
     cells: Vec<Cell>,
@@ -121,10 +143,8 @@ pub struct Bed {
     bases: Vec<Vec<poses::Bases>>,
 }
 
-/// Owner of what the plants of a bed of so many emit together.
-fn bed_id(plants: usize) -> u64 {
-    plants as u64 + 1
-}
+/// The object that all plants are together: owner of what they emit together.
+pub const BED: u64 = 1 << 32;
 
 /// The object that a plant is, by its number.
 pub fn id_of(plant: usize) -> u64 {
@@ -147,7 +167,7 @@ impl Bed {
             (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
         order.sort_by_key(|i| {
             let plant = &plants[*i as usize];
-            (plant.kind, cell::key(plant.root), cell::strip(plant.root), *i)
+            (plant.kind, cell::key(plant.root), pack::largest(plant), cell::strip(plant.root), *i)
         });
         let mut bed = Self {
             kinds,
@@ -157,6 +177,8 @@ impl Bed {
             rows: Vec::new(),
             row_bounds: vec![0],
             pose_bounds: vec![0],
+            plant_bounds: vec![0],
+            drawn_bounds: Vec::new(),
             cells: Vec::new(),
             patches: Vec::new(),
             field: Field::new(),
@@ -172,25 +194,27 @@ impl Bed {
         };
         let group = |i: &u32| {
             let plant = &bed.plants[*i as usize];
-            (plant.kind, cell::key(plant.root))
+            (plant.kind, cell::key(plant.root), pack::largest(plant))
         };
         let groups: Vec<Vec<u32>> =
             order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
         bed.patches = flows::patches(&bed.kinds, &bed.plants);
         bed.strongest.reserve(bed.plants.len());
         bed.flows.reserve(flows::MOST_SOURCES + bed.patches.len());
+        let mut cells = BTreeMap::new();
         for plants in groups {
             for eight in plants.chunks(crate::lanes::WIDTH) {
-                bed.add_pack(eight);
+                bed.add_pack(eight, &mut cells);
             }
         }
+        bed.drawn_bounds.reserve(bed.packs.len() + 1);
         bed
     }
 
-    fn add_pack(&mut self, numbers: &[u32]) {
+    fn add_pack(&mut self, numbers: &[u32], numbers_of_cells: &mut BTreeMap<[i64; 3], usize>) {
         let first = &self.plants[numbers[0] as usize];
         let (kind, key) = (first.kind, cell::key(first.root));
-        let cell = self.cells.iter().position(|cell| cell.key() == key).unwrap_or_else(|| {
+        let cell = *numbers_of_cells.entry(key).or_insert_with(|| {
             self.cells.push(Cell::new(key));
             self.cells.len() - 1
         });
@@ -210,6 +234,7 @@ impl Bed {
         self.row_bounds.push(self.rows.len());
         let poses = self.pose_bounds.last().copied().unwrap_or(0) + segments * numbers.len();
         self.pose_bounds.push(poses);
+        self.plant_bounds.push(self.plant_bounds[self.plant_bounds.len() - 1] + numbers.len());
     }
 
     /// All plants.

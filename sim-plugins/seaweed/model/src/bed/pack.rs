@@ -33,6 +33,8 @@ pub(super) struct Pack {
     jumped: u8,
     /// No part of each comes farther from its root than this [m].
     reach: [f32; WIDTH],
+    /// No plant in here is larger, see [`largest`].
+    largest: f64,
     work: Work,
 }
 
@@ -104,6 +106,7 @@ impl Pack {
             stepped: 0,
             jumped: 0,
             reach,
+            largest: plants.iter().map(|plant| largest(plant)).max().unwrap_or(0) as f64,
             work: Work::default(),
         }
     }
@@ -137,6 +140,11 @@ impl Pack {
         self.jumped >> lane & 1 != 0
     }
 
+    /// No part of a plant comes farther from its root than this [m].
+    pub(super) fn reach(&self, lane: usize) -> f32 {
+        self.reach[lane]
+    }
+
     /// Centre of gravity, its velocity and acceleration.
     pub(super) fn gravity(&self, lane: usize, anchor: DVec3) -> [DVec3; 3] {
         let of = |lanes: &[Lane; 3]| DVec3::from([0, 1, 2].map(|i| f64::from(lanes[i].0[lane])));
@@ -162,7 +170,9 @@ impl Pack {
             }
             *steps = dt;
             self.stepped |= 1 << lane;
-            let wanted = sea.levels.wanted(upright_distance(sea.view.eye, root, reach));
+            // What is large is seen from far away: its distance counts in its own lengths.
+            let distance = upright_distance(sea.view.eye, root, reach) / (reach / USUAL).max(1.0);
+            let wanted = sea.levels.wanted(distance);
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
             if self.paused[lane] > 0.0 {
                 // Nobody saw what it was before.
@@ -225,13 +235,16 @@ impl Pack {
         let highest = self.lanes().map(|(lane, _)| self.stand.origin[1].0[lane] + self.reach[lane]);
         let waves: f32 = sea.around.waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
         let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
-        let top = anchor.y + 0.5 * super::cell::SIZE + sea.kind.skeleton.reach() * LARGEST;
+        // A plant may bend up, or toward the eye, out of its cell.
+        let reach = sea.kind.skeleton.reach() * self.largest;
+        let top = (anchor.y + 0.5 * super::cell::SIZE + reach).min(0.0);
+        let distance = (sea.cell.distance(sea.view.eye) - reach).max(0.0);
         Pass {
             joints: &sea.kind.skeleton.joints,
             water: Water {
                 currents: &sea.cell.currents,
                 trains,
-                count: sea.choice.count(top.min(0.0) as f32, sea.cell.distance(sea.view.eye) as f32),
+                count: sea.choice.count(top as f32, distance as f32),
                 share: sea.levels.waves as f32,
             },
             level: anchor.y as f32,
@@ -244,8 +257,15 @@ impl Pack {
     }
 }
 
-/// Largest size of a plant that the choice of trains counts with; what is larger chooses as if it were.
-const LARGEST: f64 = 2.0;
+/// The size that the choice of trains counts with for a plant: one for most of them, the next whole number
+/// for larger ones. Packs hold plants of one such size, so that what one gets is its own affair.
+pub(super) fn largest(plant: &Plant) -> u64 {
+    plant.size.max(2.0).ceil() as u64
+}
+
+/// Plants that are larger than this [m] count as so much nearer.
+const USUAL: f64 = 2.0;
+
 /// Lower than anything.
 const NO_GROUND: f32 = -1e30;
 

@@ -5,7 +5,7 @@ use glam::{DVec3, Mat3, Quat, Vec3};
 use reef_flow::{Level, simd::splat};
 use reef_sdk::{Parts, Workers};
 
-use super::{Bed, Pack};
+use super::{Bed, Kind, Pack};
 use crate::{
     kernel::{Frame, Row, base, frame_of},
     lanes::{Lane, WIDTH, load, load3, store3},
@@ -43,13 +43,7 @@ impl Bed {
     /// Writes where all joints are, plants one after the other (see [`Bed::first_joint`]): `out` has room for
     /// [`Bed::joint_count`].
     pub fn write_poses(&mut self, level: Level, workers: Workers<'_>, out: &mut [JointPose]) {
-        let longest = self.kinds.iter().map(|kind| kind.skeleton.len()).max().unwrap_or(0);
-        if self.bases.len() < workers.count() {
-            self.bases.resize_with(workers.count(), Vec::new);
-        }
-        for bases in &mut self.bases {
-            bases.resize(longest, Bases::default());
-        }
+        fit(&mut self.bases, &self.kinds, workers.count());
         let Self { packs, rows, row_bounds, pose_bounds, kinds, bases, .. } = self;
         let (kinds, packs) = (&*kinds, packs.as_slice());
         let rows = rows.as_slice();
@@ -80,8 +74,20 @@ impl Bed {
     }
 }
 
+/// Makes room for the longest plant, for each worker.
+pub(super) fn fit(bases: &mut Vec<Vec<Bases>>, kinds: &[Kind], workers: usize) {
+    let longest = kinds.iter().map(|kind| kind.skeleton.len()).max().unwrap_or(0);
+    if bases.len() < workers {
+        bases.resize_with(workers, Vec::new);
+    }
+    for bases in bases {
+        bases.resize(longest, Bases::default());
+    }
+}
+
+/// The bases of the first segments, as many as `joints` has.
 #[inline(always)]
-fn frames<S: Simd>(simd: S, joints: &[Joint], pack: &Pack, rows: &[Row], bases: &mut [Bases]) {
+pub(super) fn frames<S: Simd>(simd: S, joints: &[Joint], pack: &Pack, rows: &[Row], bases: &mut [Bases]) {
     let ground = base(simd, &pack.stand);
     let ground = Frame { origin: [splat(simd, 0.0); 3], ..ground };
     let size = load(simd, &pack.stand.size);
@@ -100,7 +106,8 @@ fn frames<S: Simd>(simd: S, joints: &[Joint], pack: &Pack, rows: &[Row], bases: 
     }
 }
 
-fn one([x, y, origin]: &Bases, lane: usize) -> JointPose {
+/// One plant's base.
+pub(super) fn one([x, y, origin]: &Bases, lane: usize) -> JointPose {
     let of = |lanes: &[Lane; 3]| Vec3::new(lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]);
     let (x, y) = (of(x), of(y));
     let turn = Quat::from_mat3(&Mat3::from_cols(x, y, x.cross(y))).normalize();

@@ -62,7 +62,7 @@ pub fn skeleton(segments: &[Segment]) -> Skeleton {
 
 /// A species of a skeleton.
 pub fn kind(skeleton: Skeleton) -> Kind {
-    Kind { skeleton, lag: 0.3, disturbance: 0.01 }
+    Kind::new(skeleton, 0.3, 0.01)
 }
 
 /// A plant of the first species, equal to all others, that stands free.

@@ -5,6 +5,7 @@ use reef_sdk::abi::{Camera, Wave};
 use reef_seaweed_model::{
     bed::{Bed, Plant},
     levels::{Levels, Method},
+    skeleton::Segment,
 };
 
 use crate::common::*;
@@ -173,4 +174,27 @@ fn trains_count_by_what_they_move_and_not_by_their_place_in_the_list() {
     let from_afar =
         |sea: &[Wave]| after_a_step(alone(usual_blade()), PLACE + DVec3::new(0.0, 0.5, 60.0), sea, 0.5);
     assert_eq!(from_afar(&sea), from_afar(&reversed));
+}
+
+#[test]
+fn a_plant_that_bends_out_of_its_cell_gets_the_trains_that_it_needs() {
+    // Rooted just inside of a cell of 16 m, eight metres long, and bent over toward an eye that its tip
+    // comes near.
+    let long = Segment { length: 0.8, ..Segment::default() };
+    let mut segments = blade(10, 0.0, long);
+    segments[0].phi = core::f64::consts::FRAC_PI_2;
+    let root = DVec3::new(0.3, -3.0, 7.9);
+    // A calm sea, whose least trains nobody sees from a few metres.
+    let sea = wind_sea().into_iter().map(|wave| Wave { amplitude: 0.02 * wave.amplitude, ..wave });
+    let sea: Vec<Wave> = sea.collect();
+    let from = |size: f64, distance: f64, threshold: f64| {
+        let bed = Bed::new(vec![kind(skeleton(&segments))], vec![Plant { size, ..plant(root) }]);
+        after_a_step(bed, root + DVec3::Z * distance, &sea, threshold)
+    };
+    for size in [1.0, 3.5] {
+        let near = 8.6 * size;
+        assert_eq!(from(size, near, 0.5), from(size, near, 0.0), "of size {size}");
+    }
+    // What nobody sees of it from farther away is left out.
+    assert_ne!(from(1.0, 60.0, 0.5), from(1.0, 60.0, 0.0));
 }

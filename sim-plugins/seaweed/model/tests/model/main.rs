@@ -5,6 +5,7 @@ mod common;
 
 mod bed;
 mod contact;
+mod draw;
 mod equations;
 mod flows;
 mod levels;

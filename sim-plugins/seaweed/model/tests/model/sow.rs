@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use reef_sdk::{ConfigError, Heightfield, SceneInfo, abi::Obstacle};
 use reef_seaweed_model::{
     config::Config,
-    sow::{Floor, Garden, Plan, Traits},
+    sow::{Floor, Footing, Garden, Plan, Traits},
 };
 use serde_json::{Map, Value, json};
 
@@ -195,7 +195,7 @@ fn wrong_species_are_refused_with_their_key() {
     let text = with(json!({"stem": {"segments": 10_000_000}}));
     assert_eq!(text, "species.odd.stem.segments: must be at most 256, is 10000000");
     let text = with(json!({"stem": {"segments": 256, "count": 64}}));
-    assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 4096 are allowed");
+    assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 256 are allowed");
     // Each number is within its range, but not the segment that they make.
     let text = with(json!({"stem": {
         "length": 80.0, "segments": 1, "tissue": {"rigidity": 1e-7, "tip_rigidity": 1e-4},
@@ -211,4 +211,32 @@ fn wrong_species_are_refused_with_their_key() {
         "{}",
         with(json!({"stalk": {}}))
     );
+}
+
+#[test]
+fn plants_grow_again_from_their_footings_alone() {
+    let config = json!({
+        "plants": [{"species": "long", "position": [1.0, 0.5, 0.0]}, {"species": "plain", "seed": 4}],
+        "beds": [
+            {"species": ["plain", "long"], "density": 2.0, "size": [20.0, 10.0], "slope": [10.0, 90.0]},
+            {"species": ["plain"], "density": 1.0, "size": [16.0, 8.0], "center": [-8.0, 0.0], "on": "rock"},
+        ]
+    });
+    let grown = garden(3, config.clone(), &[ROCK]);
+    assert!(grown.plants.len() > 60, "{}", grown.plants.len());
+    let plan = plan(3, config).expect("a good configuration");
+    let again = plan.regrow(&grown.footings).expect("its own footings");
+    assert_eq!((again.plants, again.traits), (grown.plants, grown.traits));
+    assert_eq!(again.footings, grown.footings);
+    // What is not of this plan, or nowhere, is refused.
+    let refused = |change: fn(&mut Vec<Footing>)| {
+        let mut footings = grown.footings.clone();
+        change(&mut footings);
+        plan.regrow(&footings).map(|garden| garden.plants.len()).expect_err("refused")
+    };
+    assert!(refused(|all| all.swap(3, 4)).contains("places do not grow"));
+    assert!(refused(|all| all[70].place = 1 << 50).contains("not among the"));
+    assert!(refused(|all| all[5].height = f64::NAN).contains("without a footing"));
+    assert!(refused(|all| all[5].normal = Some(DVec3::new(0.0, 2.0, 0.0))).contains("without a footing"));
+    assert_eq!(plan.regrow(&[]).map(|garden| garden.plants.len()), Ok(0));
 }

@@ -178,7 +178,7 @@ fn ways(name: &str) -> (f64, f64, f64) {
     let skeleton = grow::skeleton(&species(name)).expect("a skeleton");
     let depth = 12.0_f64.min(skeleton.reach() + 2.0);
     let root = DVec3::new(0.1, -depth, 0.1);
-    let kinds = vec![Kind { skeleton, lag: 0.3, disturbance: 0.0 }];
+    let kinds = vec![Kind::new(skeleton, 0.3, 0.0)];
     let mut bed = Bed::new(kinds, vec![Plant { root, ground: Some(DVec3::Y), ..plant(root) }]);
     let camera = camera(root + DVec3::new(0.0, 1.0, 4.0), root);
     let highest = |bed: &mut Bed| {

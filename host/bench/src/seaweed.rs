@@ -1,0 +1,98 @@
+//! `reef bench seaweed`: joint-steps a second of the seaweeds, through a scene as every other scene runs — file,
+//! world, dynamic library, streams — beside a bare kernel over hot data in the same rounds.
+
+use reef_command::{Common, open};
+use reef_flow::Level;
+use reef_report::failure::Failure;
+use reef_sea::World;
+use reef_seaweed_model::bare::Bare;
+
+use super::{
+    cells::{figure, set, world},
+    fibre::running,
+    measure::{Work, best, rounds},
+    report::{Bar, Report},
+};
+
+/// Three hundred plants that differ.
+const SCENE: &str = "seaweed-table2";
+/// Segments of the bare kernel's blades, as many as the scene's plants have.
+const SEGMENTS: usize = 14;
+/// Rounds in which everything takes its turn.
+const ROUNDS: usize = 80;
+/// Steps before anything is measured.
+const WARM_STEPS: usize = 60;
+
+/// Measures.
+pub fn run(common: &Common) -> Result<Report, Failure> {
+    let level = Level::best();
+    let mut bare = Bare::new(SEGMENTS);
+    let mut one = sea(common, 1, Waves::None, false)?;
+    let mut two = sea(common, 2, Waves::None, false)?;
+    let mut waves = sea(common, 1, Waves::All, false)?;
+    let mut levels = sea(common, 1, Waves::All, true)?;
+    let joints = bare.joints() as f64;
+    let things: Vec<Work<'_>> = vec![
+        Box::new(|| bare.step(level)),
+        Box::new(|| one.step()),
+        Box::new(|| two.step()),
+        Box::new(|| waves.step()),
+        Box::new(|| levels.step()),
+    ];
+    let seen = rounds(things, ROUNDS);
+    for world in [&mut one, &mut two, &mut waves, &mut levels] {
+        running(world)?;
+    }
+    let computed = |world: &World| figure(world, "joints computed in a step");
+    let rate = |column: usize, joints: f64| joints / best(&seen, column) / 1e6;
+    let mut report = Report::default();
+    const UNIT: &str = "M joint-steps/s";
+    let ceiling = rate(0, joints);
+    report.figure(format!("bare kernel, one core, {}: the ceiling", level.name()), ceiling, UNIT);
+    report.figure("through the scene, one worker", rate(1, computed(&one)), UNIT);
+    report.figure("through the scene, two workers", rate(2, computed(&two)), UNIT);
+    let share = 100.0 * rate(1, computed(&one)) / ceiling;
+    report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(40.0));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let ratio = best(&seen, 1) / best(&seen, 2);
+    if cores >= 2 {
+        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.6));
+    } else {
+        report.figure("two workers over one", ratio, "×");
+        report.note("This machine has one core: two workers have no bar.");
+    }
+    report.figure("under wave trains, one worker", rate(3, computed(&waves)), UNIT);
+    report.figure("a step under wave trains, no levels of detail", 1e3 * best(&seen, 3), "ms");
+    report.figure("the same with levels of detail", 1e3 * best(&seen, 4), "ms");
+    report.figure("joints computed then", computed(&levels), "");
+    report.figure("joints drawn then", figure(&levels, "joints drawn"), "");
+    report.judged("memory of a joint", figure(&one, "bytes a joint"), "B", Bar::AtMost(128.0));
+    report.note(format!(
+        "A joint-step: both angles of one segment, for one step, in a uniform current. {ROUNDS} short rounds in which all \
+         take turns of some steps; each one's best counts. The bare kernel: unbranched blades in water that is the same \
+         everywhere, without surface, contacts and streams."
+    ));
+    Ok(report)
+}
+
+/// Which waves there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waves {
+    None,
+    All,
+}
+
+/// The scene's sea on `workers` threads.
+fn sea(common: &Common, workers: usize, waves: Waves, levels: bool) -> Result<World, Failure> {
+    let common = Common { workers: Some(workers), ..common.clone() };
+    let plugins = open::plugins(&common)?;
+    let mut world = world(&common, &plugins, SCENE, |_| true)?;
+    set(&mut world, |_, key| match key {
+        "segments" | "whole" | "visible" | "trains" => Some(f64::from(levels)),
+        "waves" => Some(f64::from(waves == Waves::All)),
+        _ => None,
+    });
+    (0..WARM_STEPS).for_each(|_| world.step());
+    running(&mut world)?;
+    Ok(world)
+}

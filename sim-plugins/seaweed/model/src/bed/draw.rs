@@ -1,0 +1,182 @@
+//! What a step hands to the renderer: an object, an element and joints of each plant.
+//!
+//! Far plants, and those that nobody sees, are moved as a whole by one joint: the first segment's. On the way
+//! there, over the second in which the level of detail changes, all joints go to where that one carries them.
+
+use glam::{Quat, Vec3};
+use reef_flow::Level;
+use reef_sdk::{
+    Chunks, Parts, Workers,
+    abi::{self, Joint, Object, Skinned},
+};
+
+use super::{
+    BED, Bed, JointPose, Pack, id_of,
+    poses::{frames, one},
+};
+use crate::looks::Dress;
+
+/// What the renderer knows a mesh and its material by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wear {
+    /// From `mesh_create`.
+    pub mesh: u32,
+    /// Among the materials.
+    pub material: u32,
+}
+
+/// How plants are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawing<'a> {
+    /// What makes the look of each plant.
+    pub dresses: &'a [Dress],
+    /// What these numbers stand for.
+    pub wears: &'a [Wear],
+    /// Whether far plants are moved as a whole.
+    pub whole: bool,
+}
+
+/// Objects that one job writes.
+const OBJECTS: usize = 256;
+
+/// How much a plant moves as a whole: 1, by one joint alone.
+fn share_of_whole(pack: &Pack, lane: usize, whole: bool) -> f32 {
+    match whole {
+        false => 0.0,
+        true if pack.paused[lane] > 0.0 => 1.0,
+        true => (pack.detail(lane)[0] - 1.0).clamp(0.0, 1.0),
+    }
+}
+
+impl Bed {
+    /// How many joints [`Bed::draw`] writes. To be called before it, with the same.
+    pub fn plan_joints(&mut self, whole: bool) -> usize {
+        let Self { packs, kinds, drawn_bounds, .. } = self;
+        drawn_bounds.clear();
+        drawn_bounds.push(0);
+        let mut joints = 0;
+        for pack in packs.iter() {
+            let all = kinds[pack.kind()].skeleton.len();
+            for (lane, _) in pack.lanes() {
+                joints += if share_of_whole(pack, lane, whole) >= 1.0 { 1 } else { all };
+            }
+            drawn_bounds.push(joints);
+        }
+        joints
+    }
+
+    /// Objects: the bed itself, which calms the water, and then a plant each.
+    pub fn object_count(&self) -> usize {
+        1 + self.plants.len()
+    }
+
+    /// Writes [`Bed::object_count`] objects, in the order of the plants' numbers.
+    pub fn write_objects(&self, workers: Workers<'_>, objects: &mut [Object]) {
+        let Some((bed, objects)) = objects.split_first_mut() else { return };
+        *bed = Object { id: BED, ..Object::default() };
+        workers.for_each_part(Chunks::new(objects, OBJECTS), |part, objects| {
+            for (number, object) in (part * OBJECTS..).zip(objects) {
+                let [pack, lane] = self.places[number];
+                let (pack, lane) = (&self.packs[pack as usize], lane as usize);
+                *object = Object {
+                    id: id_of(number),
+                    origin: self.plants[number].root.to_array(),
+                    bounds_radius: pack.reach(lane),
+                    flags: if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 },
+                    ..Object::default()
+                };
+            }
+        });
+    }
+
+    /// Writes an element of each plant, and the joints that [`Bed::plan_joints`] counted.
+    pub fn draw(
+        &mut self,
+        level: Level,
+        workers: Workers<'_>,
+        how: &Drawing<'_>,
+        (elements, joints): (&mut [Skinned], &mut [Joint]),
+    ) {
+        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, kinds, bases, .. } = self;
+        super::poses::fit(bases, kinds, workers.count());
+        let (kinds, packs, rows) = (&*kinds, packs.as_slice(), rows.as_slice());
+        let (row_bounds, drawn_bounds, plant_bounds) = (&*row_bounds, &*drawn_bounds, &*plant_bounds);
+        let split = (Parts::new(elements, plant_bounds), Parts::new(joints, drawn_bounds));
+        workers.for_each_part_with(bases, split, |bases, number, (elements, mut room)| {
+            let pack = &packs[number];
+            let kind = &kinds[pack.kind()];
+            let segments = &kind.skeleton.joints;
+            let rows = &rows[row_bounds[number]..row_bounds[number + 1]];
+            // Who all move as a whole need their first segments alone.
+            let bent = room.len() > elements.len() || segments.len() == 1;
+            let computed = if bent { segments.len() } else { 1 };
+            reef_flow::dispatch!(level, simd => frames(simd, &segments[..computed], pack, rows, bases));
+            let mut first_joint = drawn_bounds[number];
+            for ((lane, plant), element) in pack.lanes().zip(elements) {
+                let share = share_of_whole(pack, lane, how.whole);
+                let count = if share >= 1.0 { 1 } else { segments.len() };
+                let (own, rest) = core::mem::take(&mut room).split_at_mut(count);
+                room = rest;
+                let size = pack.stand.size.0[lane];
+                let stiff = Whole::new(&one(&bases[0], lane), &kind.rest[0], size);
+                if share >= 1.0 {
+                    own[0] = stiff.joint;
+                } else {
+                    for ((joint, base), rest) in own.iter_mut().zip(bases.iter()).zip(&kind.rest) {
+                        *joint = stiff.toward(one(base, lane), rest, share);
+                    }
+                }
+                let flags = if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 };
+                let dress = how.dresses.get(plant as usize).copied().unwrap_or_default();
+                let wear = how.wears.get(dress.number as usize).copied().unwrap_or_default();
+                *element = Skinned {
+                    // After the bed's own.
+                    object: 1 + plant,
+                    mesh: wear.mesh,
+                    material: wear.material,
+                    flags,
+                    first_joint: first_joint as u32,
+                    joint_count: count as u32,
+                    scale: size,
+                    phase: dress.phase,
+                    hue: dress.hue,
+                    value: dress.value,
+                    ..Skinned::default()
+                };
+                first_joint += count;
+            }
+        });
+    }
+}
+
+/// A plant that is moved as a whole.
+struct Whole {
+    /// What moves the mesh at rest.
+    joint: Joint,
+    turn: Quat,
+    place: Vec3,
+    size: f32,
+}
+
+impl Whole {
+    /// As its first segment goes. A plant's size is in the element's scale, joints have none.
+    fn new(first: &JointPose, rest: &JointPose, size: f32) -> Self {
+        let turn = (Quat::from_array(first.rotation) * Quat::from_array(rest.rotation).inverse()).normalize();
+        let place = Vec3::from(first.position) - turn * (Vec3::from(rest.position) * size);
+        let joint = Joint { rotation: turn.to_array(), translation: place.to_array(), scale: 1.0 };
+        Self { joint, turn, place, size }
+    }
+
+    /// A joint that goes a share of the way to where the whole carries it.
+    fn toward(&self, pose: JointPose, rest: &JointPose, share: f32) -> Joint {
+        let mut turn = Quat::from_array(pose.rotation);
+        let mut place = Vec3::from(pose.position);
+        if share > 0.0 {
+            let carried = self.turn * Quat::from_array(rest.rotation);
+            let near = if carried.dot(turn) < 0.0 { -carried } else { carried };
+            turn = (turn * (1.0 - share) + near * share).normalize();
+            place = place.lerp(self.place + self.turn * (Vec3::from(rest.position) * self.size), share);
+        }
+        Joint { rotation: turn.to_array(), translation: place.to_array(), scale: 1.0 }
+    }
+}

@@ -1,0 +1,103 @@
+//! Colours: of materials, of a mesh's vertices, and how individuals differ.
+
+use reef_flow::color::{byte, linear_rgb};
+use reef_sdk::abi::{self, Material};
+
+use crate::{mesh::AGES, sow::Traits, species::Species};
+
+/// What a tip pales to with age.
+const PALE: [f32; 3] = [0.62, 0.52, 0.26];
+/// What grows on old blades.
+const OVERGROWN: [f32; 3] = [0.24, 0.20, 0.11];
+
+/// Colours of a species at an age, linear. A material has the greatest of the root's and the stem's in each
+/// channel; vertices take from it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Palette {
+    base: [f32; 3],
+    tip: [f32; 3],
+    /// Of stems over the base's.
+    stem: [f32; 3],
+    /// Of a blade's root over the base's.
+    root: [f32; 3],
+}
+
+fn mixed(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
+    core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+}
+
+impl Palette {
+    /// Of an age from 0 to [`AGES`] − 1.
+    pub(crate) fn new(species: &Species, age: usize) -> Self {
+        let rgb = |text: &str| linear_rgb(text).unwrap_or([0.5; 3]);
+        let look = &species.look;
+        let (stem, root) = (rgb(&look.stem), rgb(&look.base));
+        let base: [f32; 3] = core::array::from_fn(|i| stem[i].max(root[i]).max(1e-3));
+        let over = |color: [f32; 3]| core::array::from_fn(|i| color[i] / base[i]);
+        let tip = mixed(rgb(&look.tip), PALE, 0.35 * ripe(species, age));
+        Self { base, tip, stem: over(stem), root: over(root) }
+    }
+
+    /// The colour of a vertex, sRGB: `stem` is how much it is a stem (1) or a blade (0), `shade` how much
+    /// light it throws back.
+    pub(crate) fn vertex(&self, stem: f64, shade: f64) -> u32 {
+        let color = mixed(self.root, self.stem, stem as f32).map(|x| byte(f64::from(x) * shade));
+        u32::from_le_bytes([color[0], color[1], color[2], 0xff])
+    }
+}
+
+/// From young (0) to old (1).
+fn ripe(species: &Species, age: usize) -> f32 {
+    age as f32 / (AGES - 1) as f32 * species.variation.age as f32
+}
+
+/// The material of a species at an age.
+pub(crate) fn material(species: &Species, age: usize) -> Material {
+    let palette = Palette::new(species, age);
+    let with = |[r, g, b]: [f32; 3], last: f32| [r, g, b, last];
+    let ripe = ripe(species, age);
+    // Narrow blades have no room for blotches.
+    let blotched = species.stem.tissue.width.max(species.blades.tissue.width) > 0.03;
+    Material {
+        base: with(palette.base, 1.0),
+        tip: with(palette.tip, 0.25),
+        accent: with(mixed(palette.base, OVERGROWN, 0.6), 0.15 + 0.3 * ripe),
+        pattern: if blotched { abi::PATTERN_BLOTCHES } else { abi::PATTERN_NONE },
+        pattern_scale: 22.0,
+        pattern_softness: 0.9,
+        translucency: species.look.translucency as f32,
+        wrap: 0.5,
+        rim: 0.3,
+        roughness: 1.0,
+        specular: 0.0003,
+        ..Material::default()
+    }
+}
+
+/// What makes the look of one plant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dress {
+    /// Its mesh and its material among those of all species: species by species, age by age.
+    pub number: u32,
+    /// Of patterns, 0 to 1.
+    pub phase: f32,
+    /// Turn of its hues [rad].
+    pub hue: f32,
+    /// Colours times 1 + this.
+    pub value: f32,
+}
+
+impl Dress {
+    /// Of a plant of a species, by its number and its table.
+    pub fn new(kind: usize, species: &Species, traits: &Traits) -> Self {
+        let age = ((traits.age * AGES as f64) as usize).min(AGES - 1);
+        let signed = |share: f64| 2.0 * share - 1.0;
+        Self {
+            number: (kind * AGES + age) as u32,
+            phase: traits.phase as f32,
+            hue: (species.variation.hue.to_radians() * signed(traits.hue)) as f32,
+            // The hue's own lattice, folded: light ones are not all of one hue.
+            value: (0.16 * signed((3.0 * traits.phase + traits.hue).fract())) as f32,
+        }
+    }
+}

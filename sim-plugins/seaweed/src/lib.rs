@@ -1,0 +1,3 @@
+//! The seaweed plugin: a dynamic library around [`reef_seaweed_model`].
+
+reef_sdk::export!(reef_seaweed_model::Seaweeds);
