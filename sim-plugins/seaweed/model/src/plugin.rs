@@ -218,7 +218,7 @@ impl Seaweeds {
                     position: position.to_array(),
                     radius: radius as f32,
                     node,
-                    kind: abi::TRACE_SEAWEED,
+                    kind: 0,
                     ..abi::Trace::default()
                 };
             }
@@ -236,6 +236,10 @@ impl Plugin for Seaweeds {
     const STATE_VERSION: u32 = 1;
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
+
+    fn traces() -> &'static [&'static str] {
+        &["seaweed"]
+    }
 
     fn params() -> &'static [Param] {
         PARAMS
