@@ -59,10 +59,10 @@ impl Shoal {
                 swimmer.phase -= swimmer.phase.floor();
             }
         }
-        for (stepped, first) in self.stepped.iter_mut().zip(&self.firsts) {
+        for ((stepped, first), tank) in self.stepped.iter_mut().zip(&self.firsts).zip(&self.tanks) {
+            let first = *first as usize;
+            let own = &self.fish[first..first + tank.swimmers().len()];
             stepped.clear();
-            let count = stepped.capacity().min(self.fish.len() - *first as usize);
-            let own = &self.fish[*first as usize..*first as usize + count];
             stepped.extend(own.iter().filter(|fish| fish.near).map(|fish| fish.slot));
         }
         for ((tank, kind), stepped) in self.tanks.iter_mut().zip(&self.kinds).zip(&self.stepped) {

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_grid_finds_all_that_are_in_range_and_their_order_is_their_places_alone() {
+    fn all_in_range_are_found_in_an_order_of_their_places_alone() {
         let mut random = Random::new(3, 1);
         let mut place = || Vec3::from([(); 3].map(|()| random.between(-4.0, 4.0) as f32));
         let fish: Vec<Seen> =

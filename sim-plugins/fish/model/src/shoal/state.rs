@@ -14,7 +14,8 @@ pub struct State {
     pub nodes: Vec<u32>,
     /// Centre, origin of the nodes and water that its body felt [m, m, m/s]: nine numbers a fish.
     pub places: Vec<f64>,
-    /// Course, speed, water, phase, time since it is a point, two biases, hunger, love, fright, reach: fifteen.
+    /// Course, speed, water, phase, time since it is a point, two biases, hunger, love, fright, reach:
+    /// fifteen.
     pub minds: Vec<f32>,
     /// Whether its body is stepped.
     pub near: Vec<u8>,
