@@ -1,5 +1,6 @@
 //! Where the time of a step goes on one core: `cargo run -p reef-fish-model --example fish_speed [FISH
-//! [LEVEL]]`. LEVEL: the least `REEF_SIMD_*` that is measured.
+//! [LEVEL]]`: bodies by both methods beside the bare kernel, and a shoal of five times as many points. LEVEL:
+//! the least `REEF_SIMD_*` that is measured.
 
 use std::time::Instant;
 
@@ -9,6 +10,8 @@ use reef_fish_model::{
     bare::Bare,
     body::{Body, Profile},
     material::{Beat, Drive, Material, Method},
+    shoal::{Habitat, Kind, Shoal, Start, Surroundings},
+    species::Species,
     tank::{Stepping, Swimmer, Tank},
 };
 use reef_flow::Level;
@@ -24,6 +27,37 @@ fn shortest(runs: usize, mut run: impl FnMut()) -> f64 {
         start.elapsed().as_secs_f64()
     };
     (0..runs).map(time).fold(f64::INFINITY, f64::min)
+}
+
+/// So many fish of the default species in water of four cubic lengths each.
+fn shoal(count: usize) -> Shoal {
+    let kind = Kind::new(&Species::default(), Vec::new()).expect("the default species");
+    let side = kind.length() * (4.0 * count as f64).cbrt();
+    let low = DVec3::new(0.0, -100.0, 0.0);
+    let start = |i: usize| {
+        let place = |factor: f64| 0.1 + 0.8 * (i as f64 * factor).fract();
+        let place = DVec3::new(place(0.754_877_666), place(0.569_840_291), place(0.430_159_709));
+        let (position, heading) = (low + place * side, i as f64);
+        Start { kind: 0, position, heading, size: 1.0, habitat: 0, home: None, seed: i as u64 }
+    };
+    let starts: Vec<Start> = (0..count).map(start).collect();
+    Shoal::new(vec![kind], vec![Habitat { low, high: low + side }], &starts).expect("a shoal")
+}
+
+/// What is around them: nothing; bodies nearer than `near` [m] to their middle.
+fn around(near: f64, level: Level) -> Surroundings<'static> {
+    Surroundings {
+        flow: &[],
+        bed: None,
+        obstacles: &[],
+        surface: 0.0,
+        hosts: &[],
+        eye: DVec3::new(0.0, -100.0, 0.0),
+        near,
+        dt: DT,
+        level,
+        workers: Workers::inline(),
+    }
 }
 
 fn main() {
@@ -52,6 +86,17 @@ fn main() {
                 time * 1e3,
                 speed * 1e-6,
                 100.0 * speed / ceiling
+            );
+        }
+        for (name, near, count) in [("points", 0.0, 5 * count), ("bodies", 1e9, count)] {
+            let mut shoal = shoal(count);
+            let around = around(near, level);
+            (0..120).for_each(|_| shoal.step(&around));
+            let time = shortest(20, || shoal.step(&around));
+            println!(
+                "  a shoal of {count} {name}: {:.3} ms a step, {:.2} M fish-steps/s",
+                time * 1e3,
+                count as f64 / time * 1e-6
             );
         }
     }

@@ -9,6 +9,8 @@
 //! - [`reference`]: the equations, one fish, f64, the matrix written out; [`bare`]: the least that they can
 //!   cost.
 //! - [`tank`]: the bodies of all fish of a species, stepped together, eight a vector.
+//! - [`species`]: tables of parameters; [`gait`]: how a species swims, worked out from its mechanics.
+//! - [`shoal`]: all fish, what each perceives and wants; [`frames`]: what they are skinned by.
 //!
 //! # What differs from the thesis
 //!

@@ -76,7 +76,8 @@ pub enum Method {
     /// Linearly implicit: finite whatever speed, force and step.
     #[default]
     Implicit,
-    /// Semi-implicit Euler: new velocities move the nodes. Cheap, and stable in short steps at moderate force.
+    /// Semi-implicit Euler: new velocities move the nodes. Cheap, and stable in short steps at moderate
+    /// force.
     Symplectic,
 }
 

@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Mat3, Vec3};
 
-use super::{Fish, Kind, Shoal, Surroundings, Wish, steer};
+use super::{Fish, Kind, Shoal, Surroundings, Wish, perceive::NOTED, steer};
 use crate::{
     frames::{axes, base},
     gait::Gait,
@@ -24,6 +24,9 @@ const SPEEDING: f32 = 3.0;
 /// Hunger and love come up in these times [s].
 const HUNGRY: f32 = 60.0;
 const LONELY: f32 = 120.0;
+/// In which time its reach changes in a crowd [s], and to how little at most, in lengths.
+const CROWDING: f32 = 2.0;
+const NEAREST: f32 = 1.5;
 /// Step between two phases by which the gait's velocities are found [beats].
 const PHASE: f32 = 1.0 / 64.0;
 
@@ -56,10 +59,10 @@ impl Shoal {
                 swimmer.phase -= swimmer.phase.floor();
             }
         }
-        for (stepped, first) in self.stepped.iter_mut().zip(&self.firsts) {
+        for ((stepped, first), tank) in self.stepped.iter_mut().zip(&self.firsts).zip(&self.tanks) {
+            let first = *first as usize;
+            let own = &self.fish[first..first + tank.swimmers().len()];
             stepped.clear();
-            let count = stepped.capacity().min(self.fish.len() - *first as usize);
-            let own = &self.fish[*first as usize..*first as usize + count];
             stepped.extend(own.iter().filter(|fish| fish.near).map(|fish| fish.slot));
         }
         for ((tank, kind), stepped) in self.tanks.iter_mut().zip(&self.kinds).zip(&self.stepped) {
@@ -149,9 +152,14 @@ impl Pose {
     }
 }
 
-/// Fright, hunger and love come and go.
+/// Fright, hunger and love come and go; and in a crowd a fish looks less far, alone farther again.
 fn feel(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) {
     fish.fright = if wish.frightened { steer::FRIGHT } else { (fish.fright - dt).max(0.0) };
+    // No less than what it keeps from others.
+    let least = NEAREST.max(kind.mind.apart as f32).min(kind.range());
+    let crowded = wish.count > NOTED;
+    let change = if crowded { left(dt, CROWDING) } else { 1.0 / left(dt, CROWDING) };
+    fish.reach = (fish.reach * change).clamp(least, kind.range());
     fish.hunger = match (kind.mind.hunger, wish.caught) {
         (true, true) => 0.0,
         (true, false) => (fish.hunger + dt / HUNGRY).min(1.0),

@@ -17,6 +17,10 @@ pub(super) struct Seen {
     /// Its length and its width [m].
     pub(super) length: f32,
     pub(super) width: f32,
+    /// How far it takes note of its own kind, in lengths.
+    pub(super) reach: f32,
+    /// It hunts others.
+    pub(super) hunts: bool,
     /// It looks for a mate.
     pub(super) courts: bool,
 }
@@ -26,6 +30,7 @@ pub(super) struct Seen {
 pub(super) struct Grid {
     cell: f32,
     sorted: Vec<Seen>,
+    hunters: Vec<Seen>,
 }
 
 /// Bits of a cell's number along an axis, and what is added to make it positive.
@@ -33,13 +38,19 @@ const BITS: u32 = 21;
 const MIDDLE: i64 = 1 << (BITS - 1);
 /// How many cells to each side of its own a fish looks through at most.
 const MOST_CELLS: f32 = 4.0;
+/// Cells to each side that the nearest-sighted looks through: smaller ones hold fewer that are out of range.
+const LEAST_CELLS: f32 = 2.5;
 
 impl Grid {
     /// A grid for fish that see so far [m].
     pub(super) fn new(ranges: impl Iterator<Item = f32> + Clone) -> Self {
         let farthest = ranges.clone().fold(0.0, f32::max);
         let nearest = ranges.fold(f32::INFINITY, f32::min);
-        Self { cell: nearest.min(farthest).max(farthest / MOST_CELLS).max(1e-3), sorted: Vec::new() }
+        Self {
+            cell: (nearest.min(farthest) / LEAST_CELLS).max(farthest / MOST_CELLS).max(1e-3),
+            sorted: Vec::new(),
+            hunters: Vec::new(),
+        }
     }
 
     fn along(&self, x: f32) -> u64 {
@@ -59,6 +70,13 @@ impl Grid {
             self.sorted.push(Seen { key: Self::key(x, y, z), ..seen });
         }
         self.sorted.sort_unstable_by_key(|seen| (seen.key, seen.number));
+        self.hunters.clear();
+        self.hunters.extend(self.sorted.iter().filter(|seen| seen.hunts));
+    }
+
+    /// Those that hunt, in the same order.
+    pub(super) fn hunters(&self) -> &[Seen] {
+        &self.hunters
     }
 
     /// All fish, in their order.
@@ -87,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_grid_finds_all_that_are_in_range_and_their_order_is_their_places_alone() {
+    fn all_in_range_are_found_in_an_order_of_their_places_alone() {
         let mut random = Random::new(3, 1);
         let mut place = || Vec3::from([(); 3].map(|()| random.between(-4.0, 4.0) as f32));
         let fish: Vec<Seen> =

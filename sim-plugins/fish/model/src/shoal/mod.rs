@@ -132,6 +132,8 @@ pub struct Fish {
     pub love: f32,
     /// How long it stays frightened [s].
     pub fright: f32,
+    /// How far it takes note of its own kind, in lengths.
+    reach: f32,
 }
 
 /// An anemone, or what else feels what fish carry.
@@ -264,7 +266,8 @@ impl Shoal {
             shoal.tanks.push(Tank::new(kind.plan.clone(), swimmers, &headings));
             shoal.offsets.push(vec![Vec3::ZERO; own.len() * kind.plan.body().nodes().len()]);
             shoal.stepped.push(Vec::with_capacity(own.len()));
-            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32)));
+            let range = kind.range();
+            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, range)));
         }
         Ok(shoal)
     }
@@ -313,6 +316,8 @@ impl Shoal {
                 course: fish.course,
                 length: (body.length() * fish.size) as f32,
                 width: (body.width() * fish.size) as f32,
+                reach: fish.reach,
+                hunts: !kinds[fish.kind as usize].prey.is_empty(),
                 courts: fish.love >= 1.0,
                 ..Seen::default()
             }
@@ -416,7 +421,7 @@ const FASTEST_WATER: f32 = 10.0;
 /// The owner of what nobody emits.
 const NOBODY: u64 = 0;
 
-fn fish(start: &Start, slot: u32) -> Fish {
+fn fish(start: &Start, slot: u32, range: f32) -> Fish {
     let (cosine, sine) = reef_flow::math::cos_sin_f64(start.heading);
     // Nobody begins as hungry, or as much in love, as everybody else.
     let share = |purpose: u64| (reef_flow::random::mix(start.seed ^ purpose) >> 40) as f32 / (1 << 24) as f32;
@@ -437,6 +442,7 @@ fn fish(start: &Start, slot: u32) -> Fish {
         hunger: share(1),
         love: share(2),
         fright: 0.0,
+        reach: range,
     }
 }
 

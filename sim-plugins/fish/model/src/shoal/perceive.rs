@@ -32,54 +32,86 @@ pub(super) struct Sight {
     pub(super) blocked: f32,
 }
 
+/// Of so many of its own kind at most a fish takes note: in a dense shoal it looks less far.
+pub(super) const NOTED: u32 = 24;
+
 /// Looks around.
 pub(super) fn perceive(grid: &Grid, kinds: &[Kind], own: &Seen) -> Sight {
     let kind = &kinds[own.kind as usize];
-    let range = kind.range() * own.length;
-    let keep = kind.mind.apart as f32 * own.length;
     let mut sight = Sight::default();
-    grid.near(own.at, range, |other| {
-        if other.number == own.number {
-            return;
+    among(grid, kinds, own, &mut sight);
+    let range = kind.range() * own.length;
+    for hunter in grid.hunters() {
+        if kinds[hunter.kind as usize].prey.contains(&own.kind)
+            && let Some((way, ..)) = seen(own, hunter, range)
+        {
+            sight.threat = nearer(sight.threat, way);
         }
+    }
+    if !kind.prey.is_empty() {
+        grid.near(own.at, range, |other| {
+            if kind.prey.contains(&other.kind)
+                && let Some((way, ..)) = seen(own, other, range)
+            {
+                sight.prey = nearer(sight.prey, way);
+            }
+        });
+    }
+    sight
+}
+
+/// The way to another that a fish sees within a range [m], how far that is, and the cosine of where it is.
+fn seen(own: &Seen, other: &Seen, range: f32) -> Option<(Vec3, f32, f32)> {
+    let way = other.at - own.at;
+    let squared = way.length_squared();
+    if squared > range * range || other.number == own.number {
+        return None;
+    }
+    // glam's own length takes its root in software.
+    let distance = squared.sqrt();
+    let ahead = way.dot(own.course) / distance.max(f32::MIN_POSITIVE);
+    (ahead >= BEHIND).then_some((way, distance, ahead))
+}
+
+/// The shorter way.
+fn nearer(known: Option<Vec3>, way: Vec3) -> Option<Vec3> {
+    match known {
+        Some(known) if known.length_squared() <= way.length_squared() => Some(known),
+        _ => Some(way),
+    }
+}
+
+/// What the others around do to a fish, but for those that it hunts or flees.
+fn among(grid: &Grid, kinds: &[Kind], own: &Seen, sight: &mut Sight) {
+    let kind = &kinds[own.kind as usize];
+    let range = own.reach * own.length;
+    let keep = kind.mind.apart as f32 * own.length;
+    grid.near(own.at, range, |other| {
         let way = other.at - own.at;
         let squared = way.length_squared();
-        if squared > range * range {
+        if squared > range * range || other.number == own.number {
             return;
         }
-        // glam's own length takes its root in software.
-        let distance = squared.sqrt();
-        // Two in the same place go apart by their numbers.
-        let toward = if distance > 1e-6 {
-            way / distance
-        } else {
-            Vec3::X * if own.number < other.number { 1.0 } else { -1.0 }
-        };
         let touching = 0.5 * (own.width + other.width);
         let crowded = CROWDED * touching;
-        if distance < crowded {
+        if squared < crowded * crowded {
+            let distance = squared.sqrt();
+            // Two in the same place go apart by their numbers.
+            let toward = if distance > 1e-6 {
+                way / distance
+            } else {
+                Vec3::X * if own.number < other.number { 1.0 } else { -1.0 }
+            };
             sight.push -= toward * ((crowded - distance) / (crowded - touching)).min(CROWDED);
         }
-        let ahead = toward.dot(own.course);
-        if ahead < BEHIND {
-            return;
-        }
         let other_kind = &kinds[other.kind as usize];
-        let nearer = |known: Option<Vec3>| known.is_none_or(|known| squared < known.length_squared());
-        if other_kind.prey.contains(&own.kind) {
-            if nearer(sight.threat) {
-                sight.threat = Some(way);
-            }
+        if other_kind.prey.contains(&own.kind) || kind.prey.contains(&other.kind) {
             return;
         }
-        if kind.prey.contains(&other.kind) {
-            if nearer(sight.prey) {
-                sight.prey = Some(way);
-            }
-            return;
-        }
+        let Some((way, distance, ahead)) = seen(own, other, range) else { return };
         let keep = keep.max(1.5 * touching);
         if distance < keep {
+            let toward = way / distance.max(f32::MIN_POSITIVE);
             sight.apart -= toward * (keep / distance.max(0.1 * keep) - 1.0);
             sight.blocked = sight.blocked.max((ahead * (1.0 - distance / keep)).max(0.0));
         }
@@ -88,10 +120,9 @@ pub(super) fn perceive(grid: &Grid, kinds: &[Kind], own: &Seen) -> Sight {
             sight.courses += other.course;
             sight.ways += way;
             // Those of even numbers court those of odd ones.
-            if own.courts && other.courts && (own.number ^ other.number) & 1 == 1 && nearer(sight.mate) {
-                sight.mate = Some(way);
+            if own.courts && other.courts && (own.number ^ other.number) & 1 == 1 {
+                sight.mate = nearer(sight.mate, way);
             }
         }
     });
-    sight
 }

@@ -14,7 +14,8 @@ pub struct State {
     pub nodes: Vec<u32>,
     /// Centre, origin of the nodes and water that its body felt [m, m, m/s]: nine numbers a fish.
     pub places: Vec<f64>,
-    /// Course, speed, water, phase, time since it is a point, two biases, hunger, love, fright: fourteen.
+    /// Course, speed, water, phase, time since it is a point, two biases, hunger, love, fright, reach:
+    /// fifteen.
     pub minds: Vec<f32>,
     /// Whether its body is stepped.
     pub near: Vec<u8>,
@@ -23,7 +24,7 @@ pub struct State {
 }
 
 const OF_PLACE: usize = 9;
-const OF_MIND: usize = 14;
+const OF_MIND: usize = 15;
 const OF_NODE: usize = 9;
 
 impl State {
@@ -71,7 +72,7 @@ impl Shoal {
             state.minds.extend(fish.water.to_array());
             state.minds.extend([swimmer.phase, fish.since]);
             state.minds.extend(fish.bias);
-            state.minds.extend([fish.hunger, fish.love, fish.fright]);
+            state.minds.extend([fish.hunger, fish.love, fish.fright, fish.reach]);
             let offsets = &self.offsets[fish.kind as usize][slot * count..(slot + 1) * count];
             for ((x, v), offset) in tank.positions(slot).iter().zip(tank.velocities(slot)).zip(offsets) {
                 state.bodies.extend(x.iter().chain(v).chain(&offset.to_array()));
@@ -123,7 +124,7 @@ impl Shoal {
             fish.water = Vec3::from_slice(&mind[4..7]);
             fish.since = mind[8];
             fish.bias = [mind[9], mind[10]];
-            [fish.hunger, fish.love, fish.fright] = [mind[11], mind[12], mind[13]];
+            [fish.hunger, fish.love, fish.fright, fish.reach] = [mind[11], mind[12], mind[13], mind[14]];
             let swimmer = &mut tank.swimmers_mut()[slot];
             swimmer.origin = DVec3::from_slice(&place[3..6]);
             swimmer.water = DVec3::from_slice(&place[6..]);

@@ -21,6 +21,8 @@ pub(super) struct Wish {
     pub(super) caught: bool,
     pub(super) mated: bool,
     pub(super) frightened: bool,
+    /// How many of its own kind it takes note of.
+    pub(super) count: u32,
 }
 
 /// How far a fish's pitch goes [sine].
@@ -108,6 +110,7 @@ pub(super) fn wish(
         caught,
         mated,
         frightened,
+        count: sight.count,
     }
 }
 

@@ -80,14 +80,14 @@ fn go_on(shoal: &mut Shoal, steps: usize) {
 
 #[test]
 fn a_loaded_state_goes_on_as_if_nothing_had_happened() {
-    let mut one = shoal(20, 5.0);
+    let mut one = shoal(120, 4.0);
     go_on(&mut one, 300);
     assert!(one.fish().iter().any(|fish| fish.near) && one.fish().iter().any(|fish| !fish.near));
     let mut writer = StateWriter::new();
     one.save().write(&mut writer);
     let bytes = writer.finish().expect("a state");
     let saved = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect("whole");
-    let mut other = shoal(20, 5.0);
+    let mut other = shoal(120, 4.0);
     other.load(&saved).expect("of the same fish");
     assert!(other.save() == one.save());
     go_on(&mut one, 300);

@@ -121,3 +121,23 @@ fn a_shoal_of_bodies_stays_home_apart_and_together() {
     // What is left of the beat comes on top.
     assert!(turning < 4.0 * shoal.kinds()[0].gait.fastest_turn(), "{turning} rad/s");
 }
+
+#[test]
+fn in_a_crowd_fish_look_less_far_and_alone_as_far_as_they_can() {
+    // The last number of a fish's mind: how far it takes note of its own kind.
+    let reach = |shoal: &Shoal| {
+        let minds = shoal.save().minds;
+        let reach: Vec<f32> = minds.chunks_exact(15).map(|mind| mind[14]).collect();
+        assert_eq!(reach.len(), shoal.fish().len());
+        reach
+    };
+    let (mut crowd, mut lone) = (shoal(200, 2.0), shoal(1, 2.0));
+    for _ in 0..300 {
+        crowd.step(&around(0.0));
+        lone.step(&around(0.0));
+    }
+    let mean = reach(&crowd).iter().sum::<f32>() / 200.0;
+    println!("{mean:.2} lengths in the crowd");
+    assert!(mean > 1.5 && mean < 4.0);
+    assert_eq!(reach(&lone), [6.0]);
+}

@@ -1,5 +1,5 @@
-//! Species tables, the files in assets, and assets/species/FISH.md, which is made from the code and held to it
-//! here. After a change: REEF_WRITE_TABLE=1 cargo test -p reef-fish-model --test model species
+//! Species tables, the files in assets, and assets/species/FISH.md, which is made from the code and held to
+//! it here. After a change: REEF_WRITE_TABLE=1 cargo test -p reef-fish-model --test model species
 
 use std::{fmt::Write as _, path::PathBuf};
 
