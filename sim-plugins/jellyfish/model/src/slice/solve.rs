@@ -26,8 +26,8 @@ impl System {
         for (row, right) in self.rows.iter_mut().zip(&mut self.right) {
             *row = [[[0.0; 4]; 4]; 3];
             *right = [0.0; 4];
-            for i in 0..4 {
-                row[0][i][i] = mass;
+            for (i, line) in row[0].iter_mut().enumerate() {
+                line[i] = mass;
             }
         }
     }

@@ -208,8 +208,8 @@ fn anywhere<T: Real>(own: &Field<T>, axis: Axis, n: usize, face: [usize; 2], way
     let mut sum = T::default();
     for (row, up) in weights[1].iter().enumerate() {
         let mut line = value(0, row) * weights[0][0];
-        for column in 1..4 {
-            line = T::mul_add_one(value(column, row), weights[0][column], line);
+        for (column, across) in weights[0].iter().enumerate().skip(1) {
+            line = T::mul_add_one(value(column, row), *across, line);
         }
         sum = T::mul_add_one(line, *up, sum);
     }

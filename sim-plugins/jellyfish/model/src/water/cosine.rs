@@ -183,10 +183,10 @@ impl<T: Real> Cosine<T> {
                 }
             }
         }
-        for r in 0..R {
-            for v in 0..V {
+        for (r, sums) in sums.iter().enumerate() {
+            for (v, sum) in sums.iter().enumerate() {
                 let start = r * width + first + at + v * WIDTH;
-                sums[r][v].store_slice(&mut into[start..start + WIDTH]);
+                sum.store_slice(&mut into[start..start + WIDTH]);
             }
         }
     }

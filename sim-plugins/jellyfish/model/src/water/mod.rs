@@ -48,10 +48,8 @@ impl Grid {
             return Err(format!("the grid must have {fewest} to {most} cells along a side, has {}", self.n));
         }
         let finite = |value: f64| value.is_finite() && value > 0.0;
-        if !finite(self.cell)
-            || !finite(self.density)
-            || !(self.viscosity.is_finite() && self.viscosity >= 0.0)
-        {
+        let viscous = self.viscosity.is_finite() && self.viscosity >= 0.0;
+        if !(finite(self.cell) && finite(self.density) && viscous) {
             return Err(format!(
                 "cells must be wider than 0 m, density above 0 kg/m³ and viscosity not below 0 m²/s; they are {}, {} and {}",
                 self.cell, self.density, self.viscosity
