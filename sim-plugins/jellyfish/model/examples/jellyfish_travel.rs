@@ -1,8 +1,9 @@
-//! Distance over frequency, as figure 5 has it: `cargo run -p reef-jellyfish-model --example
+//! Distance over frequency, as figure 5 has it, and how well the sea's primitive fits the animal's water: `cargo run -p reef-jellyfish-model --example
 //! jellyfish_travel [CELLS [STEP_MS [SECONDS]]]`.
 
 use reef_flow::Level;
 use reef_jellyfish_model::{
+    bloom::fit,
     slice::{Build, Gait, Slice},
     water::Grid,
 };
@@ -18,10 +19,14 @@ fn main() {
         let mut slice = Slice::<f32>::new(build, grid).expect("the paper's animal");
         slice.set_gait(Gait { frequency, ..Gait::default() }).expect("a gait");
         let start = slice.place();
+        let (mut error, mut strongest) = (0.0, 0.0_f64);
         let (mut line, mut fastest, mut divergence) = (String::new(), 0.0_f64, 0.0_f64);
         let steps = (seconds / dt).round() as usize;
         for step in 1..=steps {
             slice.step(Level::best(), dt);
+            let jet = fit(&slice, 0.5 * build.diameter);
+            error += jet.error / steps as f64;
+            strongest = strongest.max(jet.strength.abs());
             if step % 40 == 0 {
                 fastest = fastest.max(slice.water().fastest());
                 let mut water = slice.water().clone();
@@ -34,7 +39,9 @@ fn main() {
         }
         let tilt = slice.axis().x.asin().to_degrees();
         println!(
-            "{frequency} Hz:{line}; fastest {fastest:.2} m/s, divergence {divergence:.1e} 1/s, tilt {tilt:.1}°"
+            "{frequency} Hz:{line}; fastest {fastest:.2} m/s, divergence {divergence:.1e} 1/s, tilt {tilt:.1}°; \
+             jet up to {strongest:.1e} m³/s, misses {:.0} % of the water's speed",
+            100.0 * error
         );
     }
 }

@@ -8,7 +8,7 @@ use reef_flow::{
     Level, Packed, Sphere,
     math::cos_sin_f64,
     random::Random,
-    simd::{mul_add, splat},
+    simd::splat,
     velocity8,
     waves::{Trains, orbit},
 };
@@ -199,13 +199,12 @@ fn felt<S: Simd>(simd: S, currents: &Packed, trains: &Trains) -> [f32; 3] {
     let mut velocity = velocity8(simd, currents, zero, zero, zero);
     if !trains.is_empty() {
         let orbit = orbit(simd, trains, trains.len(), [zero; 3]);
-        for axis in 0..3 {
-            velocity[axis] = mul_add(splat(simd, 1.0), orbit.velocity[axis], velocity[axis]);
+        for (velocity, own) in velocity.iter_mut().zip(orbit.velocity) {
+            *velocity += own;
         }
     }
     velocity.map(|v: f32x8<S>| {
         let lane = v[0];
-        // Not `clamp`: what is no number becomes one.
-        lane.max(-FASTEST).min(FASTEST)
+        if lane.is_nan() { 0.0 } else { lane.clamp(-FASTEST, FASTEST) }
     })
 }

@@ -138,7 +138,7 @@ impl Build {
             return Err(format!("weight must be a number, is {}", self.weight));
         }
         let [fewest, most] = CHAIN;
-        if !(fewest..=most).contains(&self.points) || self.points % 2 == 0 {
+        if !(fewest..=most).contains(&self.points) || self.points.is_multiple_of(2) {
             return Err(format!("points must be odd and {fewest} to {most}, are {}", self.points));
         }
         if self.strand_segments > STRAND {

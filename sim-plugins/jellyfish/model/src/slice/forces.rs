@@ -14,10 +14,11 @@ const IMPLICITNESS: f64 = 0.7;
 
 /// Where forces go.
 pub(crate) trait Into {
-    /// A force on a point [N per metre of depth].
-    fn push(&mut self, point: usize, force: DVec2);
-    /// −∂F/∂x of point `a` by the place of point `b`.
-    fn stiffen(&mut self, a: usize, b: usize, by: DMat2);
+    /// A force on one point and its opposite on another [N per metre of depth], and how it grows with their
+    /// distance: −∂F/∂x.
+    fn pull(&mut self, ends: [usize; 2], force: DVec2, stiffness: DMat2);
+    /// Forces on three points along gradients, of one size, which grows with what these are the gradients of.
+    fn bend(&mut self, points: [usize; 3], gradients: [DVec2; 3], size: f64, stiffness: f64);
 }
 
 /// Forces for the implicit system, with the velocity of each point.
@@ -29,27 +30,51 @@ pub(crate) struct Implicit<'a> {
 
 impl Into for Implicit<'_> {
     #[inline(always)]
-    fn push(&mut self, point: usize, force: DVec2) {
-        self.system.push(point, force * self.dt);
+    fn pull(&mut self, [a, b]: [usize; 2], force: DVec2, stiffness: DMat2) {
+        let by = stiffness * (IMPLICITNESS * self.dt * self.dt);
+        let right = force * self.dt - by * (self.velocity[a] - self.velocity[b]);
+        self.system.push(a, right);
+        self.system.push(b, -right);
+        self.system.add(a, a, by);
+        self.system.add(b, b, by);
+        // The ends come in the order of their pairs, or are one pair.
+        self.system.add(b, a, -by);
+        if a / 2 == b / 2 {
+            self.system.add(a, b, -by);
+        }
     }
 
     #[inline(always)]
-    fn stiffen(&mut self, a: usize, b: usize, by: DMat2) {
-        let by = by * (IMPLICITNESS * self.dt * self.dt);
-        self.system.add(a, b, by);
-        self.system.push(a, -(by * self.velocity[b]));
+    fn bend(&mut self, points: [usize; 3], gradients: [DVec2; 3], size: f64, stiffness: f64) {
+        let by = stiffness * (IMPLICITNESS * self.dt * self.dt);
+        let [a, b, c] = [0, 1, 2].map(|k| gradients[k].dot(self.velocity[points[k]]));
+        let right = size * self.dt - by * ((a + b) + c);
+        for i in 0..3 {
+            self.system.push(points[i], gradients[i] * right);
+            for j in 0..3 {
+                if points[i] / 2 >= points[j] / 2 {
+                    self.system.add(points[i], points[j], outer(gradients[i] * by, gradients[j]));
+                }
+            }
+        }
     }
 }
 
 /// Forces alone.
 impl Into for Vec<DVec2> {
-    fn push(&mut self, point: usize, force: DVec2) {
-        self[point] += force;
+    fn pull(&mut self, [a, b]: [usize; 2], force: DVec2, _: DMat2) {
+        self[a] += force;
+        self[b] -= force;
     }
 
-    fn stiffen(&mut self, _: usize, _: usize, _: DMat2) {}
+    fn bend(&mut self, points: [usize; 3], gradients: [DVec2; 3], size: f64, _: f64) {
+        for (point, gradient) in points.into_iter().zip(gradients) {
+            self[point] += gradient * size;
+        }
+    }
 }
 
+#[inline(always)]
 fn outer(a: DVec2, b: DVec2) -> DMat2 {
     DMat2::from_cols(a * b.x, a * b.y)
 }
@@ -66,14 +91,9 @@ fn stretch(spring: &Spring, rest: f64, stiffness: f64, points: &[DVec2], into: &
     }
     let along = way / length;
     let tension = stiffness * (length - rest);
-    into.push(a, along * tension);
-    into.push(b, along * -tension);
     let across = (tension / length).max(0.0);
-    let own = outer(along, along * (stiffness - across)) + DMat2::from_diagonal(DVec2::splat(across));
-    into.stiffen(a, a, own);
-    into.stiffen(b, b, own);
-    into.stiffen(a, b, -own);
-    into.stiffen(b, a, -own);
+    let grows = outer(along, along * (stiffness - across)) + DMat2::from_diagonal(DVec2::splat(across));
+    into.pull(spring.ends, along * tension, grows);
 }
 
 /// Cosine and sine of how far a hinge is from its rest, turned by `rest`, and the gradients of its angle;
@@ -100,14 +120,7 @@ fn bend(hinge: &Hinge, rest: DVec2, points: &[DVec2], into: &mut impl Into) {
     let sine = (0.5 * (1.0 - off.x)).max(0.0).sqrt();
     // For small angles the difference from 1 has lost its digits.
     let sine = if half > 0.5 { off.y / (2.0 * half) } else { sine * off.y.signum() };
-    let torque = 2.0 * hinge.stiffness * sine;
-    let stiffness = hinge.stiffness * half;
-    for (a, to) in hinge.points.into_iter().zip(gradients) {
-        into.push(a, to * -torque);
-        for (b, by) in hinge.points.into_iter().zip(gradients) {
-            into.stiffen(a, b, outer(to * stiffness, by));
-        }
-    }
+    into.bend(hinge.points, gradients, -2.0 * hinge.stiffness * sine, hinge.stiffness * half);
 }
 
 /// What the animal does at this moment.

@@ -26,8 +26,8 @@ impl System {
         for (row, right) in self.rows.iter_mut().zip(&mut self.right) {
             *row = [[[0.0; 4]; 4]; 3];
             *right = [0.0; 4];
-            for i in 0..4 {
-                row[0][i][i] = mass;
+            for (i, line) in row[0].iter_mut().enumerate() {
+                line[i] = mass;
             }
         }
     }
@@ -88,7 +88,7 @@ impl System {
                 for j in 0..i {
                     value[i] -= diagonal[i][j] * value[j];
                 }
-                value[i] /= diagonal[i][i];
+                value[i] *= diagonal[i][i];
             }
         }
         for k in (0..self.rows.len()).rev() {
@@ -108,7 +108,7 @@ impl System {
                 for j in i + 1..4 {
                     value[i] -= diagonal[j][i] * value[j];
                 }
-                value[i] /= diagonal[i][i];
+                value[i] *= diagonal[i][i];
             }
             self.right[k] = value;
         }
@@ -122,7 +122,7 @@ impl System {
     }
 }
 
-/// A ← A C⁻ᵀ for a lower triangle C.
+/// A ← A C⁻ᵀ for a lower triangle C, with the reciprocals of its diagonal there.
 #[inline(always)]
 fn divide(a: &mut Block, c: &Block) {
     for row in a {
@@ -130,7 +130,7 @@ fn divide(a: &mut Block, c: &Block) {
             for i in 0..j {
                 row[j] -= row[i] * c[j][i];
             }
-            row[j] /= c[j][j];
+            row[j] *= c[j][j];
         }
     }
 }
@@ -145,7 +145,7 @@ fn subtract_product(a: &mut Block, b: &Block, c: &Block) {
     }
 }
 
-/// A ← its lower Cholesky factor.
+/// A ← its lower Cholesky factor, with the reciprocals of the diagonal there.
 #[inline(always)]
 fn root(a: &mut Block) {
     for i in 0..4 {
@@ -153,12 +153,12 @@ fn root(a: &mut Block) {
             for k in 0..j {
                 a[i][j] -= a[i][k] * a[j][k];
             }
-            a[i][j] /= a[j][j];
+            a[i][j] *= a[j][j];
         }
         for k in 0..i {
             a[i][i] -= a[i][k] * a[i][k];
         }
-        a[i][i] = a[i][i].sqrt();
+        a[i][i] = 1.0 / a[i][i].sqrt();
     }
 }
 

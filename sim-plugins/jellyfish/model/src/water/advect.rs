@@ -40,37 +40,13 @@ pub(crate) fn carry<S: Simd, T: Real>(
     cells: T,
     into: &mut Field<T>,
 ) {
-    let stride = own.stride();
     let (width, height) = if axis == Axis::X { (n + 1, n) } else { (n, n + 1) };
     let wide_cells = T::Wide::<S>::splat(simd, cells);
-    let half = T::Wide::<S>::splat(simd, T::of(0.5));
-    let quarter = T::Wide::<S>::splat(simd, T::of(0.25));
     let one = T::Wide::<S>::splat(simd, T::of(1.0));
     for j in 0..height {
         for i in (0..width).step_by(WIDTH) {
             let at = own.at(i, j);
-            // The four faces of the other component around this one.
-            let corner = if axis == Axis::X { at - 1 } else { at - stride };
-            let load = |field: &Field<T>, at: usize| {
-                T::Wide::<S>::from_slice(simd, &field.data[at..at + WIDTH]) * wide_cells
-            };
-            let [a, b] = [load(other, corner), load(other, corner + 1)];
-            let [c, d] = [load(other, corner + stride), load(other, corner + stride + 1)];
-            let (below, above) = (a + b, c + d);
-            let along = load(own, at);
-            let across = (below + above) * quarter;
-            let way = if axis == Axis::X { [along, across] } else { [across, along] };
-            // How both change along x and y, from one cell to the next; the way begins halfway, where the
-            // water was in the middle of the step: way + (way · ∇) way / 2.
-            let along_by = [
-                (load(own, at + 1) - load(own, at - 1)) * half,
-                (load(own, at + stride) - load(own, at - stride)) * half,
-            ];
-            let across_by = [((b - a) + (d - c)) * half, (above - below) * half];
-            let bend = |by: [T::Wide<S>; 2]| T::mul_add(way[1], by[1], way[0] * by[0]);
-            let along = T::mul_add(bend(along_by), half, along);
-            let across = T::mul_add(bend(across_by), half, across);
-            let (x, y) = if axis == Axis::X { (along, across) } else { (across, along) };
+            let [x, y] = way::<S, T>(simd, axis, own, other, at, wide_cells);
             let near = x.abs().simd_lt(one) & y.abs().simd_lt(one);
             let value = if near.all_true() {
                 within_a_cell(simd, own, at, x, y)
@@ -84,6 +60,42 @@ pub(crate) fn carry<S: Simd, T: Real>(
             value.store_slice(&mut into.data[at..at + WIDTH]);
         }
     }
+}
+
+/// The way back of eight faces in a step, along x and y, in cells. `cells`: that of a velocity.
+#[inline(always)]
+pub(crate) fn way<S: Simd, T: Real>(
+    simd: S,
+    axis: Axis,
+    own: &Field<T>,
+    other: &Field<T>,
+    at: usize,
+    cells: T::Wide<S>,
+) -> [T::Wide<S>; 2] {
+    let stride = own.stride();
+    // Half of a difference over two cells, and the mean of four faces.
+    let quarter_cells = cells * T::of(0.25);
+    // The four faces of the other component around this one.
+    let corner = if axis == Axis::X { at - 1 } else { at - stride };
+    let [a, b] = [load(simd, other, corner), load(simd, other, corner + 1)];
+    let [c, d] = [load(simd, other, corner + stride), load(simd, other, corner + stride + 1)];
+    let (below, above) = (a + b, c + d);
+    let along = load(simd, own, at) * cells;
+    let across = (below + above) * quarter_cells;
+    // The way begins halfway, where the water was in the middle of the step: way + (way · ∇) way / 2,
+    // with differences from one cell to the next.
+    let along_sides = load(simd, own, at + 1) - load(simd, own, at - 1);
+    let along_ends = load(simd, own, at + stride) - load(simd, own, at - stride);
+    let (across_sides, across_ends) = ((b - a) + (d - c), above - below);
+    let (way_x, way_y) = if axis == Axis::X { (along, across) } else { (across, along) };
+    let along = T::mul_add(T::mul_add(way_y, along_ends, way_x * along_sides), quarter_cells, along);
+    let across = T::mul_add(T::mul_add(way_y, across_ends, way_x * across_sides), quarter_cells, across);
+    if axis == Axis::X { [along, across] } else { [across, along] }
+}
+
+#[inline(always)]
+fn load<S: Simd, T: Real>(simd: S, field: &Field<T>, at: usize) -> T::Wide<S> {
+    T::Wide::<S>::from_slice(simd, &field.data[at..at + WIDTH])
 }
 
 /// Weights of the four values around, from left to right (Catmull-Rom), at the share `f` of the way from the
@@ -110,8 +122,9 @@ fn taps<S: Simd, T: Real>(simd: S, way: T::Wide<S>) -> [T::Wide<S>; TAPS] {
     [back.select(a, zero), back.select(b, a), back.select(c, b), back.select(d, c), back.select(zero, d)]
 }
 
+/// The bicubic where no water goes as far as a cell.
 #[inline(always)]
-fn within_a_cell<S: Simd, T: Real>(
+pub(crate) fn within_a_cell<S: Simd, T: Real>(
     simd: S,
     own: &Field<T>,
     at: usize,
@@ -120,30 +133,47 @@ fn within_a_cell<S: Simd, T: Real>(
 ) -> T::Wide<S> {
     let zero = T::Wide::<S>::splat(simd, T::default());
     let (across, up) = (taps::<S, T>(simd, x), taps::<S, T>(simd, y));
-    let (back, down) = (x.simd_lt(zero), y.simd_lt(zero));
     let stride = own.stride();
     let mut sum = zero;
-    // In the middle row and its neighbours: the face's own column, and the one that the water came from.
     let mut pairs = [[zero; 2]; 3];
     let start = at - REACH * stride - REACH;
     for row in 0..TAPS {
         let values = &own.data[start + row * stride..start + row * stride + WIDTH + TAPS - 1];
-        let value = |column: usize| T::Wide::<S>::from_slice(simd, &values[column..column + WIDTH]);
-        let mut line = value(0) * across[0];
-        line = T::mul_add(value(1), across[1], line);
-        line = T::mul_add(value(2), across[2], line);
-        line = T::mul_add(value(3), across[3], line);
-        line = T::mul_add(value(4), across[4], line);
+        let mut line = T::Wide::<S>::from_slice(simd, &values[..WIDTH]) * across[0];
+        for column in 1..TAPS {
+            let value = T::Wide::<S>::from_slice(simd, &values[column..column + WIDTH]);
+            line = T::mul_add(value, across[column], line);
+        }
         sum = T::mul_add(line, up[row], sum);
         if (1..=3).contains(&row) {
-            pairs[row - 1] = [value(2), back.select(value(1), value(3))];
+            pairs[row - 1] = corners::<S, T>(simd, x, values);
         }
     }
-    let [[a, b], [c, d]] =
-        [pairs[1], [down.select(pairs[0][0], pairs[2][0]), down.select(pairs[0][1], pairs[2][1])]];
+    between::<S, T>(simd, y, pairs, sum)
+}
+
+/// In one of the middle rows: the face's own value, and that of the column that the water came from.
+#[inline(always)]
+fn corners<S: Simd, T: Real>(simd: S, x: T::Wide<S>, values: &[T]) -> [T::Wide<S>; 2] {
+    let back = x.simd_lt(T::Wide::<S>::splat(simd, T::default()));
+    let value = |column: usize| T::Wide::<S>::from_slice(simd, &values[column..column + WIDTH]);
+    [value(REACH), back.select(value(REACH - 1), value(REACH + 1))]
+}
+
+/// A value held between the four nearest ones: out of the face's own row, the one below, the one above.
+#[inline(always)]
+fn between<S: Simd, T: Real>(
+    simd: S,
+    y: T::Wide<S>,
+    pairs: [[T::Wide<S>; 2]; 3],
+    value: T::Wide<S>,
+) -> T::Wide<S> {
+    let down = y.simd_lt(T::Wide::<S>::splat(simd, T::default()));
+    let [below, [a, b], above] = pairs;
+    let (c, d) = (down.select(below[0], above[0]), down.select(below[1], above[1]));
     let low = a.min(b).min(c.min(d));
     let high = a.max(b).max(c.max(d));
-    sum.max(low).min(high)
+    value.max(low).min(high)
 }
 
 /// The same for one face and any way, which ends at the walls.
@@ -178,8 +208,8 @@ fn anywhere<T: Real>(own: &Field<T>, axis: Axis, n: usize, face: [usize; 2], way
     let mut sum = T::default();
     for (row, up) in weights[1].iter().enumerate() {
         let mut line = value(0, row) * weights[0][0];
-        for column in 1..4 {
-            line = T::mul_add_one(value(column, row), weights[0][column], line);
+        for (column, across) in weights[0].iter().enumerate().skip(1) {
+            line = T::mul_add_one(value(column, row), *across, line);
         }
         sum = T::mul_add_one(line, *up, sum);
     }
@@ -219,8 +249,17 @@ mod tests {
             for i in 0..=n {
                 let at = u.at(i, j);
                 let (below, above) = (at, at + u.stride());
-                let across = (v.data[below - 1] + v.data[below]) + (v.data[above - 1] + v.data[above]);
-                let way = [u.data[at] * T::of(-1.0), across * T::of(0.25) * T::of(-1.0)];
+                let (a, b, c, d) = (v.data[below - 1], v.data[below], v.data[above - 1], v.data[above]);
+                let (stride, back) = (u.stride(), T::of(-1.0));
+                let x = u.data[at] * back;
+                let y = ((a + b) + (c + d)) * (back * T::of(0.25));
+                let bent = |way: T, sides: T, ends: T| {
+                    T::mul_add_one(T::mul_add_one(y, ends, x * sides), back * T::of(0.25), way)
+                };
+                let way = [
+                    bent(x, u.data[at + 1] - u.data[at - 1], u.data[at + stride] - u.data[at - stride]),
+                    bent(y, (b - a) + (d - c), (c + d) - (a + b)),
+                ];
                 single.data[at] = anywhere(u, Axis::X, n, [i, j], way);
             }
         }

@@ -167,20 +167,26 @@ impl<T: Real> Cosine<T> {
     ) {
         let width = self.width();
         let mut sums = [[T::Wide::<S>::splat(simd, T::default()); V]; R];
-        for (x, line) in matrix.chunks_exact(self.half).enumerate() {
+        let count = matrix.len() / self.half;
+        // Of one known length each: no look at bounds is left in the loop.
+        let mut halves: [&[T]; R] = [&[]; R];
+        for (r, half) in halves.iter_mut().enumerate() {
+            *half = &rows[r * width + first..][..count];
+        }
+        for (x, line) in matrix.chunks_exact(self.half).enumerate().take(count) {
             let line = &line[at..at + V * WIDTH];
             for r in 0..R {
-                let factor = T::Wide::<S>::splat(simd, rows[r * width + first + x]);
+                let factor = T::Wide::<S>::splat(simd, halves[r][x]);
                 for v in 0..V {
                     let wave = T::Wide::<S>::from_slice(simd, &line[v * WIDTH..(v + 1) * WIDTH]);
                     sums[r][v] = T::mul_add(factor, wave, sums[r][v]);
                 }
             }
         }
-        for r in 0..R {
-            for v in 0..V {
+        for (r, sums) in sums.iter().enumerate() {
+            for (v, sum) in sums.iter().enumerate() {
                 let start = r * width + first + at + v * WIDTH;
-                sums[r][v].store_slice(&mut into[start..start + WIDTH]);
+                sum.store_slice(&mut into[start..start + WIDTH]);
             }
         }
     }

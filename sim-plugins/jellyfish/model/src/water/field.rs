@@ -42,6 +42,14 @@ impl<T: Real> Field<T> {
         (j + RIM) * self.stride + MARGIN + i
     }
 
+    /// Whether a place of [`Self::at`] is one that the rim mirrors.
+    #[inline(always)]
+    pub(crate) fn near_rim(&self, at: usize) -> bool {
+        let (row, column) = (at / self.stride, at % self.stride);
+        let inside = |k: usize, first: usize| (first + RIM..first + self.n - RIM).contains(&k);
+        !(inside(row, RIM) && inside(column, MARGIN))
+    }
+
     /// The first `count` numbers of a row.
     #[inline(always)]
     pub(crate) fn row(&self, j: usize, count: usize) -> &[T] {

@@ -15,8 +15,9 @@ use fearless_simd::{Simd, prelude::*};
 use reef_flow::Level;
 
 use crate::lanes::{Real, WIDTH};
-use field::{Axis, Field};
-use project::Projection;
+pub(crate) use advect::{way, within_a_cell};
+pub(crate) use field::{Axis, Field};
+pub(crate) use project::Projection;
 
 /// Fewest and most cells along a side.
 pub const CELLS: [usize; 2] = [16, 256];
@@ -47,10 +48,8 @@ impl Grid {
             return Err(format!("the grid must have {fewest} to {most} cells along a side, has {}", self.n));
         }
         let finite = |value: f64| value.is_finite() && value > 0.0;
-        if !finite(self.cell)
-            || !finite(self.density)
-            || !(self.viscosity.is_finite() && self.viscosity >= 0.0)
-        {
+        let viscous = self.viscosity.is_finite() && self.viscosity >= 0.0;
+        if !(finite(self.cell) && finite(self.density) && viscous) {
             return Err(format!(
                 "cells must be wider than 0 m, density above 0 kg/m³ and viscosity not below 0 m²/s; they are {}, {} and {}",
                 self.cell, self.density, self.viscosity
@@ -74,6 +73,8 @@ pub struct Water<T> {
     next_u: Field<T>,
     next_v: Field<T>,
     projection: Projection<T>,
+    /// Whether something was pushed so near a wall that the rim is no mirror of it any more.
+    open: bool,
 }
 
 /// The four faces around a place, and the share of each.
@@ -97,6 +98,7 @@ impl<T: Real> Water<T> {
             next_u: field.clone(),
             next_v: field,
             projection: Projection::new(grid.n),
+            open: false,
         })
     }
 
@@ -115,9 +117,10 @@ impl<T: Real> Water<T> {
         let (dx, dy) = if axis == Axis::X { (0.0, 0.5) } else { (0.5, 0.0) };
         // Places are kept inside the walls; one that is no number ends at a wall, too.
         let (x, y) = ((x / h - dx).max(-dx).min(n - dx), (y / h - dy).max(-dy).min(n - dy));
-        let (i, j) = (x.floor(), y.floor());
-        let (fx, fy) = (x - i, y - j);
-        let at = self.u.at(0, 0) as isize + j as isize * self.u.stride() as isize + i as isize;
+        // Not below −1: what is cut off is the fraction.
+        let (i, j) = ((x + 1.0) as isize - 1, (y + 1.0) as isize - 1);
+        let (fx, fy) = (x - i as f64, y - j as f64);
+        let at = self.u.at(0, 0) as isize + j * self.u.stride() as isize + i;
         Around {
             at: at as usize,
             shares: [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy],
@@ -131,6 +134,7 @@ impl<T: Real> Water<T> {
         for (axis, force) in [(Axis::X, force[0]), (Axis::Y, force[1])] {
             let Around { at, shares } = self.around(axis, place);
             let field = if axis == Axis::X { &mut self.u } else { &mut self.v };
+            self.open |= field.near_rim(at);
             for (offset, share) in [0, 1, field.stride(), field.stride() + 1].into_iter().zip(shares) {
                 field.data[at + offset] += T::of(scale * force * share);
             }
@@ -146,10 +150,12 @@ impl<T: Real> Water<T> {
         })
     }
 
-    /// Viscosity in `dt` [s]: ν ∇²u, explicitly.
+    /// Viscosity in `dt` [s]: ν ∇²u, explicitly. Leaves the rim to the projection.
     pub fn diffuse(&mut self, level: Level, dt: f64) {
-        self.u.close(Axis::X);
-        self.v.close(Axis::Y);
+        if core::mem::take(&mut self.open) {
+            self.u.close(Axis::X);
+            self.v.close(Axis::Y);
+        }
         let share = self.grid.viscosity * dt / (self.grid.cell * self.grid.cell);
         if share == 0.0 {
             return;
@@ -161,8 +167,7 @@ impl<T: Real> Water<T> {
         });
         core::mem::swap(&mut self.u, &mut self.next_u);
         core::mem::swap(&mut self.v, &mut self.next_v);
-        self.u.close(Axis::X);
-        self.v.close(Axis::Y);
+        // On a wall the sum is 0 as its terms cancel; the projection closes the rim.
     }
 
     /// Moves the window by whole cells, (columns, rows): the water in it moves the other way, and what comes

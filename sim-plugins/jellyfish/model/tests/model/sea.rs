@@ -174,7 +174,7 @@ fn every_species_of_the_assets_swims() {
     for name in SPECIES {
         let species = read(name);
         species.check().unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut bloom = Bloom::new(&[species.clone()], &[birth(1)], 1025.0, 1.2e-6).expect(name);
+        let mut bloom = Bloom::new(std::slice::from_ref(&species), &[birth(1)], 1025.0, 1.2e-6).expect(name);
         let start = bloom.place(0).expect("a place");
         let seconds = 4.0 / species.motion.frequency;
         for _ in 0..(seconds / DT) as usize {
@@ -199,7 +199,8 @@ fn a_wrong_species_is_refused_by_its_key() {
         with(&mut species);
         species.check().expect_err("refused")
     };
-    let cases: [(&dyn Fn(&mut Species), &str); 9] = [
+    type Change<'a> = &'a dyn Fn(&mut Species);
+    let cases: [(Change<'_>, &str); 9] = [
         (&|s| s.grid.cells = 3, "grid.cells"),
         (&|s| s.bell.stiffness = -1.0, "bell.stiffness"),
         (&|s| s.motion.frequency = 0.0, "motion.frequency"),
