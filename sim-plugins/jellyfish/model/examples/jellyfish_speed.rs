@@ -1,6 +1,6 @@
 //! Where the time of a step goes on one core: `cargo run -p reef-jellyfish-model --example jellyfish_speed
-//! [LEVEL]`, the paper's animal on 50 × 50 and 100 × 100 cells of 4 mm, by part, beside the bare kernels; and what its
-//! surface costs. LEVEL: the least `REEF_SIMD_*` that is measured.
+//! [LEVEL]`, the paper's animal on 50 × 50 and 100 × 100 cells of 4 mm, by part, beside the bare kernels; and
+//! what its surface costs. LEVEL: the least `REEF_SIMD_*` that is measured.
 
 use std::time::Instant;
 

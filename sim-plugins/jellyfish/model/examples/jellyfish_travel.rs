@@ -1,5 +1,5 @@
-//! Distance over frequency, as figure 5 has it, and how well the sea's primitive fits the animal's water: `cargo run -p reef-jellyfish-model --example
-//! jellyfish_travel [CELLS [STEP_MS [SECONDS]]]`.
+//! Distance over frequency, as figure 5 has it, and how well the sea's primitive fits the animal's water:
+//! `cargo run -p reef-jellyfish-model --example jellyfish_travel [CELLS [STEP_MS [SECONDS]]]`.
 
 use reef_flow::Level;
 use reef_jellyfish_model::{

@@ -12,8 +12,8 @@ use crate::{
     water::Grid,
 };
 
-/// One species of jellyfish. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene; `base
-/// = "OTHER"` takes over what the table does not set itself.
+/// One species of jellyfish. A file NAME.toml in assets/species, or a table `[species.NAME]` of a scene;
+/// `base = "OTHER"` takes over what the table does not set itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Species {

@@ -1,5 +1,6 @@
-//! What an animal does to the sea: its jet as a source below the aperture, its refill as a hole there,
-//! fitted to the water of its own slice.
+//! What an animal does to the sea: its jet as a source below the aperture, its refill as a hole there, fitted
+//! to the water of its own slice. No net water leaves a slice, so the fit misses nearly all of the speed
+//! around ([`Fit::error`]); what is left is a weak pulse in the rhythm of the bell.
 
 use glam::{DVec2, DVec3};
 use reef_sdk::abi::{self, Flow};

@@ -119,8 +119,8 @@ impl<T: Real> Slice<T> {
         self.gait
     }
 
-    /// Swims toward a direction, as long as nothing else is said: the couple that rights it holds it there, and
-    /// its contractions are as uneven as it points elsewhere. Asked for anew in each step by who steers.
+    /// Swims toward a direction, as long as nothing else is said: the couple that rights it holds it there,
+    /// and its contractions are as uneven as it points elsewhere. Asked for anew in each step by who steers.
     pub fn steer(&mut self, aim: DVec2) {
         let aim = aim.normalize_or(DVec2::Y);
         self.up = aim;

@@ -17,8 +17,8 @@ use super::{
 };
 use crate::lanes::WIDTH;
 
-/// Constants of eq. (4), from figure 3: thickness of a contracted bell over that of a relaxed one, less 1; how
-/// far ridges rise above that; length of a contracted muscle over its length at rest.
+/// Constants of eq. (4), from figure 3: thickness of a contracted bell over that of a relaxed one, less 1;
+/// how far ridges rise above that; length of a contracted muscle over its length at rest.
 const ETA: f32 = 1.34 - 1.0;
 const KAPPA: f32 = 1.51 - 1.34;
 const GAMMA: f32 = 1.0 - 0.54;
@@ -27,7 +27,8 @@ const MOST_COMPRESSED: f32 = 1.4;
 /// Share of the way to the margin from which on structures have their whole height: at the apex all vertices
 /// of a ring meet, and no wave has room.
 const STRUCTURES_WHOLE: f32 = 0.6;
-/// Share of the way to the margin at which the exumbrella's ridges begin to end: at the margin the sides meet.
+/// Share of the way to the margin at which the exumbrella's ridges begin to end: at the margin the sides
+/// meet.
 const RIDGES_END: f32 = 0.85;
 
 /// Where the slice stands in the sea: its x, its y, and across it. Unit vectors, right-handed.
@@ -169,8 +170,8 @@ impl Bell {
     /// Both sides of the chain as a loop, and its samples; places relative to `origin`.
     fn profile(&mut self, level: Level, chain: impl Iterator<Item = DVec2>, origin: DVec2) {
         let (margin, points) = (self.margin as isize, 2 * self.margin + 1);
-        // The chain runs from the margin of negative x to that of positive x. On the loop the outer apex is 0,
-        // the right side follows, the inner apex is `points`.
+        // The chain runs from the margin of negative x to that of positive x. On the loop the outer apex is
+        // 0, the right side follows, the inner apex is `points`.
         let outer = |i: usize| (i as isize - margin).rem_euclid(2 * points as isize) as usize;
         let inner = |i: usize| (points as isize - (i as isize - margin)) as usize;
         let [x, y] = &mut self.knots;
@@ -257,8 +258,8 @@ impl Bell {
         }
     }
 
-    /// Makes all vertices, [`Form::bell_vertices`] of them, relative to `origin` (in the slice's plane, m), at
-    /// a time [s] of the sea.
+    /// Makes all vertices, [`Form::bell_vertices`] of them, relative to `origin` (in the slice's plane, m),
+    /// at a time [s] of the sea.
     pub fn write(
         &mut self,
         level: Level,

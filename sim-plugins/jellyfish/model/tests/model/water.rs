@@ -83,7 +83,8 @@ fn an_eddy_in_a_box_turns_on_and_viscosity_slows_it() {
             assert!(water.divergence() < 1e-12);
             let before = water.energy();
             steps(&mut water, Level::best(), 0.005, 200);
-            // Each component decays with ν times the sum of both wave numbers squared; the energy twice as fast.
+            // Each component decays with ν times the sum of both wave numbers squared; the energy twice as
+            // fast.
             let rate = 4.0 * viscosity * (core::f64::consts::PI / water.grid().width()).powi(2);
             let rest = water.energy() / before / (-rate).exp();
             println!("{n} {viscosity}: {rest}");
