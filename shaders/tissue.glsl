@@ -100,19 +100,12 @@ vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float ope
     float upward = 0.5 + 0.5 * sight.y;
     float peak = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
     vec3 tint = albedo * sqrt(albedo / peak);
-    float share;
-    if (sheet) {
-        // A narrow lobe, as Barré-Brisebois and Bouchard (2011) have it, and what falls on the back and is
-        // spread on its way.
-        float toward = clamp(dot(sight, light + normal * 0.3), 0.0, 1.0);
-        toward *= toward;
-        share = 4.0 * toward * toward + 0.15 + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
-    } else {
-        // A wide one: the sun stands high, and whoever looks at a tentacle looks past it.
-        float toward = 0.5 + 0.5 * dot(sight, normalize(light + normal * 0.3));
-        toward *= toward * toward;
-        share = 10.0 * toward / (1.0 + 2.0 * toward) + 0.1;
-    }
+    // A wide lobe: the sun stands high, and whoever looks at a tentacle or a leaf looks past it.
+    float toward = 0.5 + 0.5 * dot(sight, normalize(light + normal * 0.3));
+    toward *= toward * toward;
+    float share = 10.0 * toward / (1.0 + 2.0 * toward) + 0.1;
+    // What falls on the back of a sheet is spread on its way.
+    if (sheet) share = 0.8 * share + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
     vec3 through = sun * share + view.ambient.rgb * sea * (3.0 * upward * upward);
     result += tint * through * (thin * open);
 

@@ -12,8 +12,11 @@ use crate::{boulder::ground_height, gather::Stander};
 
 /// Farthest that the origin of what stands is from the ground [m].
 const STANDS: f32 = 0.15;
-/// Side of the cells over which leaves are counted [m].
+/// Side of the cells over which leaves are counted [m]: around a plant three by three.
 const CELL: f64 = 0.5;
+/// A higher plant [m] gets its light from farther around: its cells are twice, four times, ... as large.
+const SHADED: f32 = 2.0;
+const MOST_LEVEL: f32 = 5.0;
 /// Least radius of the skirt of shade around a foot, in radii of the crown.
 const SKIRT: f32 = 0.6;
 /// Share of the light that a leaf takes away: some shines through.
@@ -176,29 +179,39 @@ struct Cell {
 impl Canopy {
     /// Of what stands, seen from an eye at this y [m].
     pub fn new(standing: &[Standing], eye: f64) -> Self {
-        let cell = |at: DVec3| [(at.x / CELL).floor() as i64, (at.z / CELL).floor() as i64];
-        let mut cells: HashMap<[i64; 2], Cell> = HashMap::new();
+        let level = |form: &Form| (form.height / SHADED).log2().ceil().clamp(0.0, MOST_LEVEL) as i32;
+        let side = |level: i32| CELL * f64::from(1 << level);
+        let cell = |at: DVec3, level: i32| {
+            [i64::from(level), (at.x / side(level)).floor() as i64, (at.z / side(level)).floor() as i64]
+        };
+        let mut levels: Vec<i32> = standing.iter().map(|standing| level(&standing.form)).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        let mut cells: HashMap<[i64; 3], Cell> = HashMap::new();
         for Standing { origin, form, .. } in standing {
-            let sum = cells.entry(cell(*origin)).or_default();
-            sum.leaf += form.leaf;
-            sum.height += form.leaf * form.height;
-            sum.top += f64::from(form.leaf) * (origin.y + f64::from(form.height));
+            for level in &levels {
+                let sum = cells.entry(cell(*origin, *level)).or_default();
+                sum.leaf += form.leaf;
+                sum.height += form.leaf * form.height;
+                sum.top += f64::from(form.leaf) * (origin.y + f64::from(form.height));
+            }
         }
         let mut shades = Vec::new();
-        for Standing { object, origin, .. } in standing {
-            let [x, z] = cell(*origin);
+        for Standing { object, origin, form } in standing {
+            let own = level(form);
+            let [_, x, z] = cell(*origin, own);
             let mut sum = Cell::default();
-            for around in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, z + j])) {
-                let Some(own) = cells.get(&around) else { continue };
+            for [i, j] in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, z + j])) {
+                let Some(own) = cells.get(&[i64::from(own), i, j]) else { continue };
                 sum.leaf += own.leaf;
                 sum.height += own.height;
                 sum.top += own.top;
             }
-            let layers = sum.leaf / (9.0 * CELL * CELL) as f32;
+            let layers = f64::from(sum.leaf) / (9.0 * side(own) * side(own));
             let height = sum.height / sum.leaf.max(1e-12);
             let top = (sum.top / f64::from(sum.leaf.max(1e-12)) - eye) as f32;
             shades.resize(shades.len().max(*object as usize + 1), 0);
-            shades[*object as usize] = half(TAKEN * layers / height.max(0.01)) | half(top) << 16;
+            shades[*object as usize] = half(TAKEN * layers as f32 / height.max(0.01)) | half(top) << 16;
         }
         Self { shades }
     }
@@ -293,7 +306,8 @@ mod tests {
             [device_tests::half(packed & 0xffff), device_tests::half(packed >> 16)]
         };
         let form = Form::of(&models.list[0]);
-        for (pitch, size) in [(0.25_f64, 1.0), (0.125, 1.0), (0.25, 0.5)] {
+        // The last are high, and far from each other: counted over a wider circle.
+        for (pitch, size) in [(0.25_f64, 1.0), (0.125, 1.0), (0.25, 0.5), (1.0, 3.5)] {
             let [fade, top] = shade(pitch, size);
             let own = form.scaled(size);
             // So many leaves over each other: a plant's over the ground that it has.
