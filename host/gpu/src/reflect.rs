@@ -66,8 +66,7 @@ enum Type {
     Scalar(u32),
     Vector(u32, u32),
     Matrix(u32, u32),
-    /// Of this image.
-    SampledImage(u32),
+    SampledImage,
     /// Whether it is a storage image, and whether it is a buffer's texels.
     Image(bool, bool),
     Sampler,
@@ -162,7 +161,7 @@ fn parse(words: &[u32]) -> Result<Module, String> {
                 module.types.insert(*id, Type::Image(*sampled == 2, *dimensions == BUFFER));
             }
             (26, [id]) => drop(module.types.insert(*id, Type::Sampler)),
-            (27, [id, of]) => drop(module.types.insert(*id, Type::SampledImage(*of))),
+            (27, [id, _]) => drop(module.types.insert(*id, Type::SampledImage)),
             (28, [id, of, length]) => drop(module.types.insert(*id, Type::Array(*of, *length))),
             (29, [id, _]) => drop(module.types.insert(*id, Type::RuntimeArray)),
             (30, [id, members @ ..]) => drop(module.types.insert(*id, Type::Struct(members.to_vec()))),
@@ -192,10 +191,7 @@ impl Module {
             }
             Some(Type::Struct(_)) if class == 12 || block(id) => Ok((D::STORAGE_BUFFER, 1)),
             Some(Type::Struct(_)) => Ok((D::UNIFORM_BUFFER, 1)),
-            Some(Type::SampledImage(of)) => match self.types.get(of) {
-                Some(Type::Image(_, true)) => Ok((D::UNIFORM_TEXEL_BUFFER, 1)),
-                _ => Ok((D::COMBINED_IMAGE_SAMPLER, 1)),
-            },
+            Some(Type::SampledImage) => Ok((D::COMBINED_IMAGE_SAMPLER, 1)),
             Some(Type::Image(true, true)) => Ok((D::STORAGE_TEXEL_BUFFER, 1)),
             Some(Type::Image(false, true)) => Ok((D::UNIFORM_TEXEL_BUFFER, 1)),
             Some(Type::Image(true, false)) => Ok((D::STORAGE_IMAGE, 1)),
