@@ -93,7 +93,8 @@ struct Part {
 #define BIN_LIT_VEIL 5u
 #define SMOOTH_LIT 4.0     // what has no pattern may be so many times as large and still lit at its vertices
 #define BAND 1.15          // a coarser level begins to fade in at this many times its threshold
-#define SKIN_THREADS 8      // a part may have four vertices
+#define PART_THREADS 4u     // a part may have four vertices
+#define GROUP_PARTS 8u      // so many parts are one workgroup's: to begin one costs a software device as much as a part
 #define LIGHT_THREADS 64u
 
 /// What the scan writes.

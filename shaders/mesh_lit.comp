@@ -5,6 +5,7 @@
 #include "view.glsl"
 #include "fibre.glsl"
 #include "mesh.glsl"
+#include "mesh_texels.glsl"
 #include "water.glsl"
 #include "caustics.glsl"
 #include "hash.glsl"
@@ -15,48 +16,66 @@
 
 layout(local_size_x = LIGHT_THREADS) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Instances { Instance instances[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Meshes { Mesh meshes[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Parts { Part parts[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer instances;
+layout(set = 0, binding = 2) uniform usamplerBuffer meshes;
+layout(set = 0, binding = 3) uniform usamplerBuffer parts;
+layout(set = 0, binding = 4) uniform usamplerBuffer materials;
 layout(set = 0, binding = 5, std430) readonly buffer Draw { MeshDraws draw; };
-layout(set = 0, binding = 6, std430) buffer Vertices { uint vertices[]; };
+layout(set = 0, binding = 6, rgba32ui) uniform uimageBuffer vertices; // three texels each
 
-#define VERTEX_WORDS 12u
+layout(push_constant) uniform Push {
+    uint first_instance; // texels
+    uint first_material;
+} push;
+
+Material material_at(uint index) {
+    uint at = push.first_material + 8u * index;
+    uvec4 d = texel_at(materials, at + 3u);
+    uvec4 e = texel_at(materials, at + 4u);
+    vec2 scale_soft = uintBitsToFloat(d.zw);
+    vec4 light = uintBitsToFloat(e);
+    vec4 mirror = floats_at(materials, at + 5u);
+    return Material(floats_at(materials, at), floats_at(materials, at + 1u), floats_at(materials, at + 2u), d.x, d.y,
+        scale_soft.x, scale_soft.y, light.x, light.y, light.z, light.w, mirror.x, mirror.y, mirror.zw,
+        vec4[2](vec4(0.0), vec4(0.0)));
+}
 
 void main() {
     uint vertex = gl_GlobalInvocationID.x;
-    uint at = vertex * VERTEX_WORDS;
+    int at = int(vertex * 3u);
     bool there = vertex < draw.counts.x;
-    uint index = there ? vertices[at + 11u] : 0u;
-    Part part = parts[index];
+    uvec4 tissue = there ? imageLoad(vertices, at + 2) : uvec4(0u);
+    uint index = tissue.w;
+    Part part = part_at(parts, index);
     bool veil = part.bin == BIN_LIT_VEIL;
     bool lit = there && (part.bin < BIN_PIXEL || veil);
     // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
     for (uint once = lit ? 0u : 1u; once < 1u; once++) {
-        Instance instance = instances[index >> 1];
+        Instance instance = instance_at(instances, push.first_instance, index >> 1);
         // Back from clip space.
-        vec2 side = vec2(uintBitsToFloat(vertices[at]), uintBitsToFloat(vertices[at + 1u]));
-        float ahead = uintBitsToFloat(vertices[at + 3u]);
+        vec4 clip = uintBitsToFloat(imageLoad(vertices, at));
+        uvec4 shape = imageLoad(vertices, at + 1);
+        vec2 side = clip.xy;
+        float ahead = clip.w;
         vec3 p = view.forward.xyz * ahead + view.right.xyz * (side.x * view.right.w) - view.up.xyz * (side.y * view.up.w);
-        vec3 n = vec3(unpackSnorm2x16(vertices[at + 4u]), unpackSnorm2x16(vertices[at + 5u]).x);
+        vec3 n = vec3(unpackSnorm2x16(shape.x), unpackSnorm2x16(shape.y).x);
         float facing = -dot(n, p);
-        bool both = veil || (meshes[instance.mesh].flags & MESH_TWO_SIDED) != 0u;
+        bool both = veil || (mesh_at(meshes, instance.mesh).flags & MESH_TWO_SIDED) != 0u;
         Skin s;
         s.normal = both && facing < 0.0 ? -n : n;
-        vec2 z_u = unpackHalf2x16(vertices[at + 7u]);
-        vec2 v_thickness = unpackHalf2x16(vertices[at + 8u]);
-        s.place = vec3(unpackHalf2x16(vertices[at + 6u]), z_u.x);
+        vec2 z_u = unpackHalf2x16(shape.w);
+        vec2 v_thickness = unpackHalf2x16(tissue.x);
+        s.place = vec3(unpackHalf2x16(shape.z), z_u.x);
         s.uv = vec2(z_u.y, v_thickness.x);
         s.thickness_cm = v_thickness.y;
-        s.glow = unpackHalf2x16(vertices[at + 9u]).x;
-        s.color = unpackUnorm4x8(vertices[at + 10u]);
+        s.glow = unpackHalf2x16(tissue.y).x;
+        s.color = unpackUnorm4x8(tissue.z);
         s.color.rgb *= s.color.rgb;
         s.texture_color = vec4(0.0);
-        Material m = materials[instance.material];
+        Material m = material_at(instance.material);
         vec3 light = mesh_light(m, instance, s, p);
         float alpha = veil ? veil_alpha(m, s, facing, p) : 1.0;
-        vertices[at + 4u] = packUnorm4x8(vec4(shown(through_water(light, p)), alpha));
-        vertices[at + 5u] = part.shares;
+        uint color = packUnorm4x8(vec4(shown(through_water(light, p)), alpha));
+        imageStore(vertices, at + 1, uvec4(color, part.shares, 0u, 0u));
     }
 }

@@ -6,31 +6,38 @@
 #include "view.glsl"
 #include "fibre.glsl"
 #include "mesh.glsl"
+#include "mesh_texels.glsl"
 
-layout(local_size_x = 8) in;
+layout(local_size_x = 32) in;
 
-struct Joint {
-    vec4 rotation;
-    vec4 place; // w: scale
-};
-
-layout(set = 0, binding = 1, std430) readonly buffer Instances { Instance instances[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Objects { Object objects[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Previous { Joint previous_joints[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Current { Joint current_joints[]; };
-layout(set = 0, binding = 5, std430) readonly buffer Meshes { Mesh meshes[]; };
-layout(set = 0, binding = 6, std430) readonly buffer Levels { Level levels[]; };
-layout(set = 0, binding = 7, std430) readonly buffer Rests { Rest rests[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Parts { Part parts[]; };
-// Three a joint. Linear: rows of a matrix. Dual: rotation, dual part, scale.
-layout(set = 0, binding = 9, std430) writeonly buffer Palette { vec4 palette[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer instances;
+layout(set = 0, binding = 2) uniform usamplerBuffer objects;
+layout(set = 0, binding = 3) uniform usamplerBuffer previous_joints;
+layout(set = 0, binding = 4) uniform usamplerBuffer current_joints;
+layout(set = 0, binding = 5) uniform usamplerBuffer meshes;
+layout(set = 0, binding = 6) uniform usamplerBuffer levels;
+layout(set = 0, binding = 7) uniform usamplerBuffer rests;
+layout(set = 0, binding = 8, rgba32ui) writeonly uniform uimageBuffer parts;
+// Three texels a joint. Linear: rows of a matrix. Dual: rotation, dual part, scale.
+layout(set = 0, binding = 9, rgba32ui) writeonly uniform uimageBuffer palette;
 
 layout(push_constant) uniform Push {
     uint count;
     uint use_lod;
     float error;   // a coarser level is chosen where it errs by less than this [px]; negative: never
     float lit;     // what is smaller than this is lit at its vertices [px]
+    uint first_instance; // texels
+    uint first_object;
 } push;
+
+void put(uint at, vec4 texel) {
+    imageStore(palette, int(at), floatBitsToUint(texel));
+}
+
+void put_part(uint index, Part part) {
+    imageStore(parts, int(2u * index), uvec4(part.level, part.bin, part.first_vertex, part.first_index));
+    imageStore(parts, int(2u * index + 1u), uvec4(floatBitsToUint(part.base), part.shares));
+}
 
 /// Whether a sphere is surely outside of the picture.
 bool culled(vec3 center, float radius) {
@@ -44,9 +51,9 @@ bool culled(vec3 center, float radius) {
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= push.count) return;
-    Instance instance = instances[index];
-    Mesh mesh = meshes[instance.mesh];
-    Object object = objects[instance.object];
+    Instance instance = instance_at(instances, push.first_instance, index);
+    Mesh mesh = mesh_at(meshes, instance.mesh);
+    Object object = object_at(objects, push.first_object, instance.object);
     vec3 base = mix(object.previous.xyz, object.current.xyz, instance.blend);
     bool anew = (instance.flags & DRAWN_ANEW) != 0u;
     bool rigid = (instance.flags & RIGID) != 0u;
@@ -56,16 +63,16 @@ void main() {
     vec3 high = vec3(-1e30);
     float stretch = anew ? 1.0 : 0.0;
     for (uint j = 0u; j < instance.joints; j++) {
-        Joint b = current_joints[instance.current + j];
+        Joint b = joint_at(current_joints, instance.current + j);
         Joint a = b;
-        if (instance.blend < 1.0) a = previous_joints[instance.previous + j];
+        if (instance.blend < 1.0) a = joint_at(previous_joints, instance.previous + j);
         // Along the shorter arc.
         vec4 other = dot(a.rotation, b.rotation) < 0.0 ? -b.rotation : b.rotation;
         vec4 q = mix(a.rotation, other, instance.blend);
         q *= inversesqrt(max(dot(q, q), 1e-20));
         vec4 place = mix(a.place, b.place, instance.blend);
 
-        Rest rest = rests[mesh.first_rest + (rigid ? 0u : j)];
+        Rest rest = rest_at(rests, mesh.first_rest + (rigid ? 0u : j));
         vec4 rest_turn = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.rotation;
         vec4 rest_place = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.place;
         vec4 turn = after(q, vec4(-rest_turn.xyz, rest_turn.w));
@@ -82,9 +89,9 @@ void main() {
         vec3 y = scale * turned(turn, vec3(0.0, 1.0, 0.0));
         vec3 z = scale * turned(turn, vec3(0.0, 0.0, 1.0));
         vec4 half_dual = 0.5 * after(vec4(shift, 0.0), turn);
-        palette[at] = dual ? turn : vec4(x.x, y.x, z.x, shift.x);
-        palette[at + 1u] = dual ? half_dual : vec4(x.y, y.y, z.y, shift.y);
-        palette[at + 2u] = dual ? vec4(scale, 0.0, 0.0, 0.0) : vec4(x.z, y.z, z.z, shift.z);
+        put(at, dual ? turn : vec4(x.x, y.x, z.x, shift.x));
+        put(at + 1u, dual ? half_dual : vec4(x.y, y.y, z.y, shift.y));
+        put(at + 2u, dual ? vec4(scale, 0.0, 0.0, 0.0) : vec4(x.z, y.z, z.z, shift.z));
     }
     // A box around the joints' spheres; what is blended as dual quaternions may bulge a little.
     vec3 middle = anew ? instance.bounds.xyz : 0.5 * (low + high);
@@ -106,11 +113,11 @@ void main() {
     float pixels = view.viewport.z / nearest;
     uint chosen = 0u;
     for (uint l = 1u; l < mesh.level_count; l++) {
-        bool fits = levels[mesh.first_level + l].error * stretch * pixels <= push.error;
+        bool fits = level_at(levels, mesh.first_level + l).error * stretch * pixels <= push.error;
         chosen = fits ? l : chosen;
     }
     uint next = min(chosen + 1u, mesh.level_count - 1u);
-    float error = levels[mesh.first_level + next].error * stretch * pixels;
+    float error = level_at(levels, mesh.first_level + next).error * stretch * pixels;
     float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0) * float(push.use_lod);
     coarser = next != chosen ? coarser : 0.0;
     float there = 1.0 - instance.fade;
@@ -127,6 +134,6 @@ void main() {
     other.level = seen && coarser > 0.0 ? mesh.first_level + next : NOT_DRAWN;
     part.shares = packUnorm2x16(vec2(coarser, 1.0) * there);
     other.shares = packUnorm2x16(vec2(0.0, coarser) * there);
-    parts[2u * index] = part;
-    parts[2u * index + 1u] = other;
+    put_part(2u * index, part);
+    put_part(2u * index + 1u, other);
 }

@@ -5,13 +5,14 @@
 
 #include "fibre.glsl"
 #include "mesh.glsl"
+#include "mesh_texels.glsl"
 
 #define THREADS 256
 
 layout(local_size_x = THREADS) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer Instances { Instance instances[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Levels { Level levels[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer instances;
+layout(set = 0, binding = 1) uniform usamplerBuffer levels;
 layout(set = 0, binding = 2, std430) buffer Parts { Part parts[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Draw { MeshDraws draw; };
 layout(set = 0, binding = 4, std430) writeonly buffer Order { uint order[]; }; // parts that are drawn
@@ -21,6 +22,7 @@ layout(push_constant) uniform Push {
     uint vertex_limit;
     uint index_limit;
     uint groups_x;       // workgroups along x at most
+    uint first_instance; // texels
 } push;
 
 /// What some parts need.
@@ -59,9 +61,9 @@ void main() {
         uint level = parts[i].level;
         if (level == NOT_DRAWN) continue;
         own.parts++;
-        uint vertices = instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
+        uint vertices = instance_at(instances, push.first_instance, i >> 1).vertices_of == i >> 1 ? level_at(levels, level).vertices : 0u;
         own.vertices = plus(own.vertices, vertices);
-        own.indices[parts[i].bin] = plus(own.indices[parts[i].bin], levels[level].triangles * 3u);
+        own.indices[parts[i].bin] = plus(own.indices[parts[i].bin], level_at(levels, level).triangles * 3u);
     }
     needs[thread] = own;
     barrier();
@@ -94,8 +96,8 @@ void main() {
         uint level = parts[i].level;
         if (level == NOT_DRAWN) continue;
         uint bin = parts[i].bin;
-        uint vertices = instances[i >> 1].vertices_of == i >> 1 ? levels[level].vertices : 0u;
-        uint indices = levels[level].triangles * 3u;
+        uint vertices = instance_at(instances, push.first_instance, i >> 1).vertices_of == i >> 1 ? level_at(levels, level).vertices : 0u;
+        uint indices = level_at(levels, level).triangles * 3u;
         bool fits = plus(at.vertices, vertices) <= push.vertex_limit
             && plus(at.indices[bin], indices) <= push.index_limit;
         parts[i].first_vertex = at.vertices;
@@ -127,7 +129,8 @@ void main() {
             draw.commands[2u * b] = uvec4(end - min(first[b], end), 1u, first[b], 0u);
             draw.commands[2u * b + 1u] = uvec4(0u);
         }
-        draw.groups = uvec4(min(drawn, push.groups_x), (drawn + push.groups_x - 1u) / push.groups_x, 1u, drawn);
+        uint groups = (drawn + GROUP_PARTS - 1u) / GROUP_PARTS;
+        draw.groups = uvec4(min(groups, push.groups_x), (groups + push.groups_x - 1u) / push.groups_x, 1u, drawn);
         draw.light_groups = uvec4((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u, 0u);
         draw.counts = uvec4(vertices, sum / 3u, drawn - left, left);
     }

@@ -1,12 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One workgroup a part: its vertices in clip space, moved by joints or made anew.
+// Some invocations a part: its vertices in clip space, moved by joints or made anew.
 
 #include "view.glsl"
 #include "fibre.glsl"
 #include "mesh.glsl"
+#include "mesh_texels.glsl"
 
-layout(local_size_x = SKIN_THREADS) in;
+layout(local_size_x = PART_THREADS * GROUP_PARTS) in;
 
 /// A vertex that is made anew: five words.
 struct DrawVertex {
@@ -17,24 +18,23 @@ struct DrawVertex {
     float thickness;
 };
 
-layout(set = 0, binding = 1, std430) readonly buffer Instances { Instance instances[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Meshes { Mesh meshes[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Levels { Level levels[]; };
-layout(set = 0, binding = 4, std430) readonly buffer RestVertices { RestVertex rest_vertices[]; };
-layout(set = 0, binding = 5, std430) readonly buffer Bones { uint bones[]; };
-layout(set = 0, binding = 6, std430) readonly buffer Palette { vec4 palette[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer instances;
+layout(set = 0, binding = 2) uniform usamplerBuffer meshes;
+layout(set = 0, binding = 3) uniform usamplerBuffer levels;
+layout(set = 0, binding = 4) uniform usamplerBuffer rest_vertices;
+layout(set = 0, binding = 5) uniform usamplerBuffer bones;
+layout(set = 0, binding = 6) uniform usamplerBuffer palette;
 layout(set = 0, binding = 7, std430) readonly buffer Previous { DrawVertex previous_vertices[]; };
 layout(set = 0, binding = 8, std430) readonly buffer Current { DrawVertex current_vertices[]; };
-layout(set = 0, binding = 9, std430) readonly buffer Parts { Part parts[]; };
+layout(set = 0, binding = 9) uniform usamplerBuffer parts;
 layout(set = 0, binding = 10, std430) readonly buffer Order { uint order[]; };
 layout(set = 0, binding = 11, std430) readonly buffer Draw { MeshDraws draw; };
-layout(set = 0, binding = 12, std430) writeonly buffer Vertices { uint vertices[]; };
+layout(set = 0, binding = 12, rgba32ui) writeonly uniform uimageBuffer vertices; // three texels each
 
 layout(push_constant) uniform Push {
     uint groups_x;
+    uint first_instance; // texels
 } push;
-
-#define VERTEX_WORDS 12u
 
 /// Where a vertex is, and what its surface does there.
 struct Moved {
@@ -57,16 +57,16 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
     vec4 side = vec4(0.0);
     uint count = rigid ? 1u : influences;
     for (uint i = 0u; i < count; i++) {
-        uint bone = rigid ? 0xffff0000u : bones[first + i];
+        uint bone = rigid ? 0xffff0000u : word_at(bones, first + i);
         float weight = float(bone >> 16) / 65535.0;
         uint at = (instance.palette + (bone & 0xffffu)) * 3u;
-        vec4 a = palette[at];
+        vec4 a = floats_at(palette, at);
         // A rotation and its negative are the same: all are summed on the side of the first.
         side = i == 0u ? a : side;
         float flip = dual && dot(side, a) < 0.0 ? -weight : weight;
         rows[0] += a * flip;
-        rows[1] += palette[at + 1u] * flip;
-        rows[2] += palette[at + 2u] * weight;
+        rows[1] += floats_at(palette, at + 1u) * flip;
+        rows[2] += floats_at(palette, at + 2u) * weight;
         sum += weight;
     }
     Moved m;
@@ -98,18 +98,19 @@ Moved made_anew(Instance instance, uint vertex) {
 }
 
 void main() {
-    uint number = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
+    uint number = group * GROUP_PARTS + gl_LocalInvocationID.x / PART_THREADS;
     if (number >= draw.groups.w) return;
     uint index = order[number];
-    Part part = parts[index];
-    Instance instance = instances[index >> 1];
+    Part part = part_at(parts, index);
+    Instance instance = instance_at(instances, push.first_instance, index >> 1);
     if ((part.bin & LEFT_OUT) != 0u || instance.vertices_of != index >> 1) return;
-    Mesh mesh = meshes[instance.mesh];
-    Level level = levels[part.level];
+    Mesh mesh = mesh_at(meshes, instance.mesh);
+    Level level = level_at(levels, part.level);
     bool anew = (instance.flags & DRAWN_ANEW) != 0u;
-    for (uint i = gl_LocalInvocationID.x; i < level.vertices; i += uint(SKIN_THREADS)) {
+    for (uint i = gl_LocalInvocationID.x % PART_THREADS; i < level.vertices; i += PART_THREADS) {
         uint vertex = level.first_vertex + i;
-        RestVertex rest = rest_vertices[mesh.first_vertex + vertex];
+        RestVertex rest = rest_vertex_at(rest_vertices, mesh.first_vertex + vertex);
         Moved m = skinned(instance, mesh, anew ? 0u : level.influences, vertex, rest);
         // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
         for (uint once = anew ? 0u : 1u; once < 1u; once++) m = made_anew(instance, vertex);
@@ -117,18 +118,12 @@ void main() {
         vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));
         vec4 clip = view.clip_from_eye * vec4(p, 1.0);
         vec2 uv = unpackHalf2x16(rest.uv);
-        uint at = (part.first_vertex + i) * VERTEX_WORDS;
-        vertices[at] = floatBitsToUint(clip.x);
-        vertices[at + 1u] = floatBitsToUint(clip.y);
-        vertices[at + 2u] = floatBitsToUint(clip.z);
-        vertices[at + 3u] = floatBitsToUint(clip.w);
-        vertices[at + 4u] = packSnorm2x16(n.xy);
-        vertices[at + 5u] = packSnorm2x16(vec2(n.z, 0.0));
-        vertices[at + 6u] = packHalf2x16(vec2(rest.x, rest.y));
-        vertices[at + 7u] = packHalf2x16(vec2(rest.z, uv.x));
-        vertices[at + 8u] = packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0)));
-        vertices[at + 9u] = packHalf2x16(vec2(rest.glow, 0.0));
-        vertices[at + 10u] = rest.color;
-        vertices[at + 11u] = index;
+        int at = int((part.first_vertex + i) * 3u);
+        uvec4 shape = uvec4(packSnorm2x16(n.xy), packSnorm2x16(vec2(n.z, 0.0)),
+            packHalf2x16(vec2(rest.x, rest.y)), packHalf2x16(vec2(rest.z, uv.x)));
+        uvec2 tissue = uvec2(packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0))), packHalf2x16(vec2(rest.glow, 0.0)));
+        imageStore(vertices, at, floatBitsToUint(clip));
+        imageStore(vertices, at + 1, shape);
+        imageStore(vertices, at + 2, uvec4(tissue, rest.color, index));
     }
 }

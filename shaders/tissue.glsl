@@ -105,7 +105,7 @@ vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float ope
     toward *= toward * toward;
     float share = 10.0 * toward / (1.0 + 2.0 * toward) + 0.1;
     // What falls on the back of a sheet is spread on its way.
-    if (sheet) share = 0.8 * share + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
+    if (sheet) share = 0.5 * share + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
     vec3 through = sun * share + view.ambient.rgb * sea * (3.0 * upward * upward);
     result += tint * through * (thin * open);
 

@@ -17,13 +17,13 @@ pub enum Access {
     FragmentRead,
     /// Storage or uniform buffer or storage image, read in a compute shader.
     ComputeRead,
-    /// Storage buffer or image, written in a compute shader.
+    /// Storage or texel buffer, or storage image, written in a compute shader.
     ComputeWrite,
     /// Sampled image in a vertex shader.
     VertexSampled,
     /// Sampled image in a fragment shader.
     FragmentSampled,
-    /// Sampled image in a compute shader.
+    /// Sampled image, or texels of a buffer, in a compute shader.
     ComputeSampled,
     /// Colour attachment: loaded, blended, written, or resolved into.
     ColorAttachment,
@@ -122,7 +122,6 @@ impl Access {
             self,
             Access::VertexSampled
                 | Access::FragmentSampled
-                | Access::ComputeSampled
                 | Access::ColorAttachment
                 | Access::DepthAttachment
                 | Access::DepthAttachmentRead

@@ -39,9 +39,16 @@ pub struct BufferDesc<'a> {
     pub memory: Memory,
 }
 
+/// What a texel of a buffer is: four words. Every device reads and writes texels of this format.
+pub const TEXEL: vk::Format = vk::Format::R32G32B32A32_UINT;
+/// Bytes of a texel.
+pub const TEXEL_BYTES: u64 = 16;
+
 /// A buffer. Dropped while frames are in flight, it lives until they have ended.
 pub struct Buffer {
     raw: vk::Buffer,
+    /// Of its texels; null where it is not used so.
+    texels: vk::BufferView,
     size: u64,
     name: String,
     memory: Memory,
@@ -97,9 +104,19 @@ impl Buffer {
             free(shared, allocation);
             return Err(error);
         }
+        let texels = match view_of(shared, raw, desc, size) {
+            Ok(texels) => texels,
+            Err(error) => {
+                // SAFETY: nothing uses it.
+                unsafe { shared.device.destroy_buffer(raw, None) };
+                free(shared, allocation);
+                return Err(error);
+            }
+        };
         shared.name(raw, desc.name);
         Ok(Buffer {
             raw,
+            texels,
             size,
             name: desc.name.to_owned(),
             memory: desc.memory,
@@ -113,6 +130,11 @@ impl Buffer {
     /// Vulkan's handle.
     pub fn raw(&self) -> vk::Buffer {
         self.raw
+    }
+
+    /// The view of all of its texels; null where its usage has none.
+    pub(crate) fn texels(&self) -> vk::BufferView {
+        self.texels
     }
 
     /// In bytes.
@@ -177,9 +199,24 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         let lives = self.shared.unregister(self.id);
         if let (true, Some(allocation)) = (lives, self.allocation.take()) {
-            self.shared.discard(Garbage::Buffer(self.raw, allocation));
+            self.shared.discard(Garbage::Buffer(self.raw, self.texels, allocation));
         }
     }
+}
+
+/// A view of a buffer's texels, as many as are whole; null where it is not used so, or where the device sees
+/// fewer texels at a time: then whoever binds them is refused.
+fn view_of(shared: &Shared, raw: vk::Buffer, desc: &BufferDesc<'_>, size: u64) -> Result<vk::BufferView> {
+    use vk::BufferUsageFlags as U;
+    let count = size / TEXEL_BYTES;
+    let most = u64::from(shared.info.limits.max_texel_buffer_elements);
+    let used = desc.usage.intersects(U::UNIFORM_TEXEL_BUFFER | U::STORAGE_TEXEL_BUFFER);
+    if !used || count == 0 || count > most {
+        return Ok(vk::BufferView::null());
+    }
+    let info = vk::BufferViewCreateInfo::default().buffer(raw).format(TEXEL).range(count * TEXEL_BYTES);
+    // SAFETY: the buffer was made for texels, is bound to memory, and has so many bytes.
+    unsafe { shared.device.create_buffer_view(&info, None) }.call("vkCreateBufferView")
 }
 
 /// Takes memory from the allocator.

@@ -5,82 +5,13 @@ use ash::vk;
 use super::{
     buffer::Buffer,
     context::Shared,
+    data::{Data, Resource, is_buffer, is_texels},
     error::{GpuError, Result},
     frames::Frame,
     image::Image,
     pipelines::{Built, Pipeline},
     ring::Upload,
 };
-
-/// Bytes on the device.
-#[derive(Clone, Copy)]
-pub enum Data<'a> {
-    /// A whole buffer.
-    Whole(&'a Buffer),
-    /// A buffer from an offset on, for a number of bytes.
-    Part(&'a Buffer, u64, u64),
-    /// A piece of the frame's upload ring.
-    Upload(Upload),
-}
-
-impl<'a> From<&'a Buffer> for Data<'a> {
-    fn from(buffer: &'a Buffer) -> Self {
-        Data::Whole(buffer)
-    }
-}
-
-impl From<Upload> for Data<'_> {
-    fn from(upload: Upload) -> Self {
-        Data::Upload(upload)
-    }
-}
-
-impl Data<'_> {
-    /// Handle, offset, size.
-    fn place(&self) -> (vk::Buffer, u64, u64) {
-        match *self {
-            Data::Whole(buffer) => (buffer.raw(), 0, buffer.size()),
-            Data::Part(buffer, offset, size) => (buffer.raw(), offset, size),
-            Data::Upload(upload) => (upload.buffer, upload.offset, upload.size),
-        }
-    }
-
-    /// Identity and name of what a pass has to declare.
-    fn declared(&self) -> Option<(u64, &str)> {
-        match self {
-            Data::Whole(buffer) | Data::Part(buffer, ..) => Some((buffer.id(), buffer.name())),
-            Data::Upload(_) => None,
-        }
-    }
-
-    fn check(&self) -> std::result::Result<(), String> {
-        match *self {
-            Data::Part(buffer, offset, size) if offset.saturating_add(size) > buffer.size() => Err(format!(
-                "{size} bytes at {offset} reach beyond `{}` ({} bytes)",
-                buffer.name(),
-                buffer.size()
-            )),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Something that is bound to a shader.
-#[derive(Clone, Copy)]
-pub enum Resource<'a> {
-    /// A storage or uniform buffer, as the shader has it.
-    Buffer(Data<'a>),
-    /// A texture with the way of sampling it.
-    Texture(&'a Image, vk::Sampler),
-    /// A storage image.
-    Storage(&'a Image),
-}
-
-impl<'a, D: Into<Data<'a>>> From<D> for Resource<'a> {
-    fn from(data: D) -> Self {
-        Resource::Buffer(data.into())
-    }
-}
 
 /// Records the commands of one pass.
 pub struct Cmd<'p, 'f> {
@@ -131,14 +62,13 @@ impl<'p, 'f> Cmd<'p, 'f> {
         }
         let mut buffers = Vec::with_capacity(resources.len());
         let mut images = Vec::with_capacity(resources.len());
+        let mut texels = Vec::new();
         let mut kinds = Vec::with_capacity(resources.len());
         for (binding, resource) in resources {
             // What the shaders do not use is let pass: one that is being edited may use less than usual.
             let Some(&(kind, _)) = built.interface.bindings.get(binding) else { continue };
             let fits = match resource {
-                Resource::Buffer(_) => {
-                    matches!(kind, vk::DescriptorType::STORAGE_BUFFER | vk::DescriptorType::UNIFORM_BUFFER)
-                }
+                Resource::Buffer(_) => is_buffer(kind) || is_texels(kind),
                 Resource::Texture(..) => kind == vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
                 Resource::Storage(_) => kind == vk::DescriptorType::STORAGE_IMAGE,
             };
@@ -146,6 +76,16 @@ impl<'p, 'f> Cmd<'p, 'f> {
                 return Err(self.refuse(format!("binding {binding} is {kind:?} in the shader")));
             }
             match resource {
+                Resource::Buffer(data) if is_texels(kind) => {
+                    self.place(*data)?;
+                    if data.texels() == vk::BufferView::null() {
+                        let most = self.shared().info.limits.max_texel_buffer_elements;
+                        return Err(self.refuse(format!(
+                            "binding {binding} is a buffer without texels, or with more than the device's {most}"
+                        )));
+                    }
+                    texels.push([data.texels()]);
+                }
                 Resource::Buffer(data) => {
                     let (buffer, offset, range) = self.place(*data)?;
                     buffers.push([vk::DescriptorBufferInfo { buffer, offset, range }]);
@@ -174,14 +114,14 @@ impl<'p, 'f> Cmd<'p, 'f> {
             }
             kinds.push((*binding, kind));
         }
-        let (mut buffer, mut image) = (buffers.iter(), images.iter());
+        let (mut buffer, mut image, mut texel) = (buffers.iter(), images.iter(), texels.iter());
         let mut writes = Vec::with_capacity(kinds.len());
         for (binding, kind) in kinds {
             let write = vk::WriteDescriptorSet::default().dst_binding(binding).descriptor_type(kind);
-            let of_buffer =
-                matches!(kind, vk::DescriptorType::STORAGE_BUFFER | vk::DescriptorType::UNIFORM_BUFFER);
-            writes.extend(if of_buffer {
+            writes.extend(if is_buffer(kind) {
                 buffer.next().map(|info| write.buffer_info(info))
+            } else if is_texels(kind) {
+                texel.next().map(|view| write.texel_buffer_view(view))
             } else {
                 image.next().map(|info| write.image_info(info))
             });

@@ -71,6 +71,25 @@ fn the_tier_of_best_practices_is_clean_and_finds_a_wrong_layout() {
 }
 
 #[test]
+fn a_buffer_without_texels_is_refused_where_a_shader_reads_them() {
+    let Some(gpu) = open(None) else { return };
+    let mut frames = Frames::new(&gpu, 1).expect("frames");
+    let pipeline = Pipeline::compute(&gpu, "mesh_index.comp", &[]);
+    let plain = storage(&gpu, "plain", &[0; 64]);
+    let mut frame = frames.begin().expect("a frame");
+    let refused = frame.pass("texels").read(&plain, Access::ComputeSampled).run(|cmd| {
+        cmd.pipeline(&pipeline)?;
+        let all: Vec<_> = (1..9).map(|binding| (binding, Resource::from(&plain))).collect();
+        cmd.bind(&all)
+    });
+    let error = refused.expect_err("it has none").to_string();
+    assert!(error.contains("binding 1 is a buffer without texels"), "{error}");
+    drop((frame, plain, pipeline));
+    drop(frames);
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
 fn a_barrier_that_is_left_out_is_found() {
     let Some(gpu) = open(Some(Fault::Barrier)) else { return };
     let mut frames = Frames::new(&gpu, 2).expect("frames");

@@ -12,7 +12,7 @@ use super::context::Shared;
 
 /// Something that waits for its end.
 pub(crate) enum Garbage {
-    Buffer(vk::Buffer, Allocation),
+    Buffer(vk::Buffer, vk::BufferView, Allocation),
     Image(vk::Image, vk::ImageView, Allocation),
     Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
 }
@@ -84,9 +84,12 @@ impl Bin {
 
 fn destroy(shared: &Shared, garbage: Garbage) {
     let allocation = match garbage {
-        Garbage::Buffer(buffer, allocation) => {
-            // SAFETY: no frame uses it any more, and its only owner gave it up.
-            unsafe { shared.device.destroy_buffer(buffer, None) };
+        Garbage::Buffer(buffer, view, allocation) => {
+            // SAFETY: no frame uses them any more, and their only owner gave them up; no view is null.
+            unsafe {
+                shared.device.destroy_buffer_view(view, None);
+                shared.device.destroy_buffer(buffer, None);
+            }
             allocation
         }
         Garbage::Image(image, view, allocation) => {

@@ -19,6 +19,7 @@ mod commands;
 #[cfg(feature = "shaderc")]
 mod compile;
 mod context;
+mod data;
 mod device;
 mod embedded;
 mod error;
@@ -54,12 +55,13 @@ mod device_tests;
 mod swapchain_tests;
 
 pub use access::Access;
-pub use buffer::{Buffer, BufferDesc, Memory};
+pub use buffer::{Buffer, BufferDesc, Memory, TEXEL_BYTES};
 pub use canary::{Canary, Message, SUPPRESSIONS, Suppression};
-pub use commands::{Cmd, Data, Resource};
+pub use commands::Cmd;
 #[cfg(feature = "shaderc")]
 pub use compile::Compiler;
 pub use context::{Gpu, GpuOptions};
+pub use data::{Data, Resource};
 pub use device::{DeviceInfo, Optional};
 pub use error::{GpuError, Result};
 pub use fault::{Fault, VARIABLE as FAULT_VARIABLE};

@@ -38,6 +38,8 @@ impl Interface {
 const MOST_NESTING: u32 = 6;
 
 const MAGIC: u32 = 0x0723_0203;
+/// SPIR-V's number of an image that is a buffer.
+const BUFFER: u32 = 5;
 
 /// Words of a SPIR-V file of either byte order's right one.
 pub fn words(bytes: &[u8]) -> Result<Vec<u32>, String> {
@@ -65,8 +67,8 @@ enum Type {
     Vector(u32, u32),
     Matrix(u32, u32),
     SampledImage,
-    /// Whether it is a storage image.
-    Image(bool),
+    /// Whether it is a storage image, and whether it is a buffer's texels.
+    Image(bool, bool),
     Sampler,
     Array(u32, u32),
     RuntimeArray,
@@ -155,8 +157,8 @@ fn parse(words: &[u32]) -> Result<Module, String> {
             (21 | 22, [id, bits, ..]) => drop(module.types.insert(*id, Type::Scalar(bits / 8))),
             (23, [id, of, count]) => drop(module.types.insert(*id, Type::Vector(*of, *count))),
             (24, [id, of, count]) => drop(module.types.insert(*id, Type::Matrix(*of, *count))),
-            (25, [id, _, _, _, _, _, sampled, ..]) => {
-                module.types.insert(*id, Type::Image(*sampled == 2));
+            (25, [id, _, dimensions, _, _, _, sampled, ..]) => {
+                module.types.insert(*id, Type::Image(*sampled == 2, *dimensions == BUFFER));
             }
             (26, [id]) => drop(module.types.insert(*id, Type::Sampler)),
             (27, [id, _]) => drop(module.types.insert(*id, Type::SampledImage)),
@@ -190,8 +192,10 @@ impl Module {
             Some(Type::Struct(_)) if class == 12 || block(id) => Ok((D::STORAGE_BUFFER, 1)),
             Some(Type::Struct(_)) => Ok((D::UNIFORM_BUFFER, 1)),
             Some(Type::SampledImage) => Ok((D::COMBINED_IMAGE_SAMPLER, 1)),
-            Some(Type::Image(true)) => Ok((D::STORAGE_IMAGE, 1)),
-            Some(Type::Image(false)) => Ok((D::SAMPLED_IMAGE, 1)),
+            Some(Type::Image(true, true)) => Ok((D::STORAGE_TEXEL_BUFFER, 1)),
+            Some(Type::Image(false, true)) => Ok((D::UNIFORM_TEXEL_BUFFER, 1)),
+            Some(Type::Image(true, false)) => Ok((D::STORAGE_IMAGE, 1)),
+            Some(Type::Image(false, false)) => Ok((D::SAMPLED_IMAGE, 1)),
             Some(Type::Sampler) => Ok((D::SAMPLER, 1)),
             _ => Err("a descriptor of a kind that Reef does not use".to_owned()),
         }
@@ -257,6 +261,15 @@ mod tests {
         let joined = of("selftest_picture.vert").join(&of("selftest_sample.frag")).expect("no conflict");
         assert_eq!(joined.stages, vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT);
         assert_eq!(joined.bindings.get(&0), Some(&(vk::DescriptorType::COMBINED_IMAGE_SAMPLER, 1)));
+    }
+
+    #[test]
+    fn buffers_of_texels_are_told_from_textures_and_storage_images() {
+        let bindings = of("mesh_skin.comp").bindings;
+        let kind = |binding: u32| bindings.get(&binding).map(|(kind, _)| *kind);
+        assert_eq!(kind(6), Some(vk::DescriptorType::UNIFORM_TEXEL_BUFFER));
+        assert_eq!(kind(12), Some(vk::DescriptorType::STORAGE_TEXEL_BUFFER));
+        assert_eq!(kind(10), Some(vk::DescriptorType::STORAGE_BUFFER));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    buffer::{Buffer, BufferDesc, Memory},
+    buffer::{Buffer, BufferDesc, Memory, TEXEL_BYTES},
     context::Shared,
     error::{GpuError, Result},
 };
@@ -17,10 +17,19 @@ const FIRST_BYTES: u64 = 1 << 20;
 #[derive(Clone, Copy, Debug)]
 pub struct Upload {
     pub(crate) buffer: vk::Buffer,
+    /// Of all texels of the buffer.
+    pub(crate) texels: vk::BufferView,
     /// In bytes, from the buffer's beginning.
     pub offset: u64,
     /// In bytes.
     pub size: u64,
+}
+
+impl Upload {
+    /// Its first texel: shaders see all texels of the ring's buffer.
+    pub fn first_texel(&self) -> u32 {
+        (self.offset / TEXEL_BYTES) as u32
+    }
 }
 
 /// One frame's memory: the chunk that is being filled, and full ones.
@@ -69,13 +78,14 @@ impl Ring {
         })?;
         chunk.write(offset, bytes)?;
         self.used = offset + size;
-        Ok(Upload { buffer: chunk.raw(), offset, size })
+        Ok(Upload { buffer: chunk.raw(), texels: chunk.texels(), offset, size })
     }
 
     fn grow(&mut self, size: u64) -> Result<()> {
         use vk::BufferUsageFlags as U;
         let usage = U::STORAGE_BUFFER
             | U::UNIFORM_BUFFER
+            | U::UNIFORM_TEXEL_BUFFER
             | U::VERTEX_BUFFER
             | U::INDEX_BUFFER
             | U::INDIRECT_BUFFER

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_high_thin_crown_throws_a_long_faint_shadow_and_a_whole_low_one_a_short_dark_one() {
+    fn a_high_crowns_shadow_is_long_and_faint() {
         let environment = sample::environment();
         let sun = environment.sun.direction;
         let away = DVec2::new(-f64::from(sun.x), -f64::from(sun.z)).normalize();

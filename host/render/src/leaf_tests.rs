@@ -80,7 +80,8 @@ fn a_thin_leaf_is_bright_from_both_sides_and_a_thick_one_from_one() {
         let back = seen("back", 0.0005, 0.9, -1.0);
         let thick = seen("thick-back", 0.03, 0.9, -1.0);
         let opaque = seen("opaque-back", 0.0005, 0.0, -1.0);
-        assert!(back > 0.4 * front && back < 2.0 * front, "{quality:?}: {back} behind, {front} before");
+        // The sun is nearly behind it.
+        assert!(back > 0.4 * front && back < 3.0 * front, "{quality:?}: {back} behind, {front} before");
         assert!(back > 4.0 * thick && back > 4.0 * opaque, "{quality:?}: {back}, {thick}, {opaque}");
         // A leaf of 5 mm has exp(-1) of what one of nothing has come through.
         let none = seen("clear", 0.0, 0.9, -1.0) - opaque;

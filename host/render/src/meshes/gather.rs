@@ -5,7 +5,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
-use reef_streams::{Outputs, frame::Frame, meshes::Mesh, retained};
+use reef_streams::{Outputs, frame::Frame, meshes::Mesh};
 
 use super::{
     library::Shelf,
@@ -44,7 +44,8 @@ struct Steps<'a> {
     now: &'a Outputs,
     alpha: f32,
     eye: DVec3,
-    shelf: &'a Shelf,
+    /// Its meshes by their ids, and their numbers on the shelf; those that are there.
+    meshes: Vec<(&'a Mesh, u32)>,
     /// Where its objects and materials begin in the picture's.
     objects: u32,
     materials: u32,
@@ -71,7 +72,9 @@ pub fn gather(
         let before = previous.outputs.get(module).unwrap_or(&nothing);
         let bases = [previous, current].map(|frame| steps::base(frame, module));
         let alpha = alpha.clamp(0.0, 1.0);
-        let steps = Steps { before, now, alpha, eye: lens.eye, shelf, objects, materials, module, bases };
+        let meshes = now.meshes.iter().filter_map(|mesh| Some((&**mesh, shelf.number(mesh)?))).collect();
+        let eye = lens.eye;
+        let steps = Steps { before, now, alpha, eye, meshes, objects, materials, module, bases };
         steps.gather(Arc::ptr_eq(before, now), &mut all, &mut veils);
         objects += now.objects.len() as u32;
         materials += now.materials.len() as u32;
@@ -81,8 +84,8 @@ pub fn gather(
     }
     hang(&mut all, veils);
     let drawn = all.instances.iter().enumerate().filter(|(i, instance)| instance.vertices_of == *i as u32);
-    all.most_vertices = drawn.map(|(_, instance)| shelf.most(instance.mesh).0).sum();
-    all.most_indices = all.instances.iter().map(|instance| shelf.most(instance.mesh).1).sum();
+    all.most_vertices = drawn.map(|(_, instance)| shelf.most[instance.mesh as usize][0]).sum();
+    all.most_indices = all.instances.iter().map(|instance| shelf.most[instance.mesh as usize][1]).sum();
     all
 }
 
@@ -164,13 +167,13 @@ impl Steps<'_> {
         (flags | self.now.objects[object as usize].flags) & abi::FLAG_NO_BLEND != 0
     }
 
-    fn mesh(&self, id: u32) -> Option<&Mesh> {
-        retained::find(&self.now.meshes, id).map(|mesh| &**mesh)
+    fn mesh(&self, id: u32) -> Option<(&Mesh, u32)> {
+        self.meshes.binary_search_by_key(&id, |(mesh, _)| mesh.id).ok().map(|at| self.meshes[at])
     }
 
     /// What skinned meshes and mesh draws have in common. None: its mesh is not on the device.
     fn instance(&self, object: u32, mesh: u32, material: u32, look: [f32; 4]) -> Option<GpuInstance> {
-        let mesh = self.mesh(mesh)?;
+        let (mesh, number) = self.mesh(mesh)?;
         let surface = self.now.materials.get(material as usize)?;
         let mut flags = match (surface.texture, surface.pattern) {
             (0, abi::PATTERN_NONE) => PLAIN | SMOOTH,
@@ -186,7 +189,7 @@ impl Steps<'_> {
         let [phase, hue, value, fade] = look;
         Some(GpuInstance {
             object: self.objects + object,
-            mesh: self.shelf.number(mesh)?,
+            mesh: number,
             material: self.materials + material,
             flags,
             phase,

@@ -5,7 +5,7 @@ use std::{collections::HashMap, sync::Arc};
 use ash::vk;
 use bytemuck::Pod;
 use reef_abi as abi;
-use reef_gpu::{Buffer, Gpu, Result};
+use reef_gpu::{Buffer, Gpu, Result, TEXEL_BYTES};
 use reef_streams::{frame::Frame, meshes::Mesh};
 
 use super::{
@@ -31,6 +31,8 @@ pub struct Shelf {
     pub indices: Vec<u32>,
     /// How each mesh stands.
     pub forms: Vec<Form>,
+    /// Vertices and indices of an instance of each mesh at most: at two levels, where one fades into the next.
+    pub most: Vec<[u64; 2]>,
     numbers: HashMap<[u8; 32], u32>,
 }
 
@@ -40,20 +42,6 @@ impl Shelf {
         self.numbers.get(&mesh.hash).copied()
     }
 
-    /// Vertices and indices of an instance at most: at two levels, where one fades into the next.
-    pub fn most(&self, mesh: u32) -> (u64, u64) {
-        let mesh = &self.meshes[mesh as usize];
-        let levels = &self.levels[mesh.first_level as usize..][..mesh.level_count as usize];
-        let pairs = levels.iter().zip(levels.iter().skip(1).map(Some).chain([None]));
-        let sum = |a: u32, b: Option<u32>| u64::from(a) + u64::from(b.unwrap_or(0));
-        pairs.fold((0, 0), |(v, i), (a, b)| {
-            (
-                v.max(sum(a.vertices, b.map(|b| b.vertices))),
-                i.max(3 * sum(a.triangles, b.map(|b| b.triangles))),
-            )
-        })
-    }
-
     /// Adds a mesh, unless its like is here.
     pub fn add(&mut self, mesh: &Mesh) {
         if self.numbers.contains_key(&mesh.hash) {
@@ -61,6 +49,7 @@ impl Shelf {
         }
         self.numbers.insert(mesh.hash, self.meshes.len() as u32);
         self.forms.push(Form::of(mesh));
+        self.most.push(most(mesh));
         let flag = |theirs: u32, ours: u32| if mesh.flags & theirs != 0 { ours } else { 0 };
         self.meshes.push(GpuMesh {
             first_vertex: self.vertices.len() as u32,
@@ -95,6 +84,17 @@ impl Shelf {
         self.bones.extend_from_slice(&mesh.bones);
         self.indices.extend_from_slice(&mesh.indices);
     }
+}
+
+fn most(mesh: &Mesh) -> [u64; 2] {
+    let nothing = abi::MeshLevel::default();
+    let next = mesh.levels.iter().skip(1).chain([&nothing]);
+    mesh.levels.iter().zip(next).fold([0; 2], |[vertices, indices], (a, b)| {
+        [
+            vertices.max(u64::from(a.vertex_count) + u64::from(b.vertex_count)),
+            indices.max(u64::from(a.index_count) + u64::from(b.index_count)),
+        ]
+    })
 }
 
 fn vertex(vertex: &abi::MeshVertex) -> GpuVertex {
@@ -191,12 +191,12 @@ impl Library {
     }
 }
 
-/// A buffer with this content; one of nothing where there is none, because a buffer of no bytes is not
-/// allowed.
+/// A buffer of texels with this content, filled up to a whole texel; of one where there is none, because a
+/// buffer of no bytes is not allowed.
 fn bring<T: Pod>(gpu: &Gpu, name: &str, content: &[T]) -> Result<Buffer> {
-    let nothing = [T::zeroed()];
-    let content = if content.is_empty() { &nothing } else { content };
-    gpu.buffer_with(name, vk::BufferUsageFlags::STORAGE_BUFFER, content)
+    let mut bytes = bytemuck::cast_slice::<T, u8>(content).to_vec();
+    bytes.resize(bytes.len().next_multiple_of(TEXEL_BYTES as usize).max(TEXEL_BYTES as usize), 0);
+    gpu.buffer_with(name, vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER, &bytes)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! 1. `mesh_pose.comp`, one invocation an instance: joints of two steps → what moves vertices, or nothing
 //!    where it is culled; up to two levels of detail, of which the pixels are shared;
 //! 2. `mesh_scan.comp`, one work group: where each part's vertices and indices lie, in the instances' order;
-//! 3. `mesh_skin.comp`, one work group a part: vertices in clip space;
-//! 4. `mesh_index.comp`, one work group a part: triangles;
+//! 3. `mesh_skin.comp`, four invocations a part, eight parts a work group: vertices in clip space;
+//! 4. `mesh_index.comp`, in the same way: triangles;
 //! 5. `mesh_lit.comp`, one invocation a vertex: at low quality the light of what is small;
 //! 6. `mesh_lit.vert` and `mesh_lit.frag` draw what is lit, `mesh.vert` and `mesh.frag` (`mesh_textured.frag`
 //!    where a material has a texture) the rest: a draw for all instances of all meshes, by what they need of
@@ -15,6 +15,7 @@
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
+mod buffers;
 mod debug;
 mod draws;
 pub mod gather;
@@ -29,18 +30,16 @@ pub mod twin;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use reef_gpu::{
-    Access, Buffer, BufferDesc, Cmd, Data, DepthLoad, Frame, Gpu, Load, Memory, Pipeline, Resource, Result,
-    Upload,
-};
+use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Resource, Result, Upload};
 
 use self::{
+    buffers::{Buffers, MOST_INDICES, Wanted},
     draws::{Draws, lit_pipeline},
     gather::Subject,
     library::Library,
     records::{
-        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, GROUPS, GpuPart, LIGHT_GROUPS, VERTEX_WORDS,
-        command,
+        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, Drawn, GROUPS, GpuPart, LIGHT_GROUPS,
+        VERTEX_WORDS, command,
     },
     stand::{Canopy, Standing},
     steps::Steps,
@@ -56,8 +55,6 @@ use super::{
     view::Lens,
 };
 
-/// Indices of one picture at most.
-const MOST_INDICES: u64 = 24_000_000;
 /// Work groups along x; the rest goes along y.
 const GROUPS_X: u32 = 32_768;
 
@@ -68,6 +65,8 @@ struct PosePush {
     use_lod: u32,
     error: f32,
     lit: f32,
+    first_instance: u32,
+    first_object: u32,
 }
 
 #[repr(C)]
@@ -77,6 +76,14 @@ struct ScanPush {
     vertex_limit: u32,
     index_limit: u32,
     groups_x: u32,
+    first_instance: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct SkinPush {
+    groups_x: u32,
+    first_instance: u32,
 }
 
 #[repr(C)]
@@ -84,19 +91,14 @@ struct ScanPush {
 struct IndexPush {
     groups_x: u32,
     index_limit: u32,
+    first_instance: u32,
 }
 
-struct Buffers {
-    instances: u64,
-    joints: u64,
-    vertices: u64,
-    indices: u64,
-    parts: Buffer,
-    order: Buffer,
-    palette: Buffer,
-    vertex: Buffer,
-    index: Buffer,
-    draw: Buffer,
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LightPush {
+    first_instance: u32,
+    first_material: u32,
 }
 
 /// What one picture uploaded.
@@ -106,17 +108,6 @@ struct Picture {
     materials: Upload,
     veils: bool,
     lit_veils: bool,
-}
-
-/// What a picture drew, as it was read back.
-#[derive(Clone, Debug, Default)]
-pub struct Drawn {
-    /// Two an instance, in the instances' order.
-    pub parts: Vec<GpuPart>,
-    /// Words of each vertex.
-    pub vertices: Vec<[u32; VERTEX_WORDS]>,
-    /// Three a triangle.
-    pub indices: Vec<u32>,
 }
 
 /// The mesh passes.
@@ -208,14 +199,15 @@ impl Meshes {
         let objects = frame.upload(&gathered.objects)?;
         let materials = frame.upload(&gathered.materials)?;
         let chosen = limits.copied().unwrap_or_default();
+        let first_instance = instances.first_texel();
 
         frame
             .pass("meshes: joints, cull, detail")
-            .read(&books.meshes, Access::ComputeRead)
-            .read(&books.levels, Access::ComputeRead)
-            .read(&books.rests, Access::ComputeRead)
-            .read(&before.joints, Access::ComputeRead)
-            .read(&now.joints, Access::ComputeRead)
+            .read(&books.meshes, Access::ComputeSampled)
+            .read(&books.levels, Access::ComputeSampled)
+            .read(&books.rests, Access::ComputeSampled)
+            .read(&before.joints, Access::ComputeSampled)
+            .read(&now.joints, Access::ComputeSampled)
             .write(&b.parts, Access::ComputeWrite)
             .write(&b.palette, Access::ComputeWrite)
             .run(|cmd| {
@@ -237,13 +229,15 @@ impl Meshes {
                     use_lod: u32::from(limits.is_some()),
                     error: if limits.is_some() { chosen.mesh_error } else { -1.0 },
                     lit: if limits.is_some() && quality == Quality::Low { chosen.lit_mesh } else { 0.0 },
+                    first_instance,
+                    first_object: objects.first_texel(),
                 })?;
                 cmd.dispatch_over(count)
             })?;
         let index_limit = (b.index.size() / 4) as u32;
         frame
             .pass("meshes: offsets")
-            .read(&books.levels, Access::ComputeRead)
+            .read(&books.levels, Access::ComputeSampled)
             .read(&b.parts, Access::ComputeRead)
             .write(&b.parts, Access::ComputeWrite)
             .write(&b.order, Access::ComputeWrite)
@@ -262,20 +256,21 @@ impl Meshes {
                     vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
                     index_limit,
                     groups_x: GROUPS_X,
+                    first_instance,
                 })?;
                 cmd.dispatch(1, 1, 1);
                 Ok(())
             })?;
         frame
             .pass("meshes: skin")
-            .read(&books.meshes, Access::ComputeRead)
-            .read(&books.levels, Access::ComputeRead)
-            .read(&books.vertices, Access::ComputeRead)
-            .read(&books.bones, Access::ComputeRead)
+            .read(&books.meshes, Access::ComputeSampled)
+            .read(&books.levels, Access::ComputeSampled)
+            .read(&books.vertices, Access::ComputeSampled)
+            .read(&books.bones, Access::ComputeSampled)
             .read(&before.vertices, Access::ComputeRead)
             .read(&now.vertices, Access::ComputeRead)
-            .read(&b.parts, Access::ComputeRead)
-            .read(&b.palette, Access::ComputeRead)
+            .read(&b.parts, Access::ComputeSampled)
+            .read(&b.palette, Access::ComputeSampled)
             .read(&b.order, Access::ComputeRead)
             .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
@@ -297,15 +292,15 @@ impl Meshes {
                     (11, (&b.draw).into()),
                     (12, (&b.vertex).into()),
                 ])?;
-                cmd.push(&GROUPS_X)?;
+                cmd.push(&SkinPush { groups_x: GROUPS_X, first_instance })?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
         frame
             .pass("meshes: triangles")
-            .read(&books.levels, Access::ComputeRead)
-            .read(&books.indices, Access::ComputeRead)
-            .read(&b.parts, Access::ComputeRead)
-            .read(&b.vertex, Access::ComputeRead)
+            .read(&books.levels, Access::ComputeSampled)
+            .read(&books.indices, Access::ComputeSampled)
+            .read(&b.parts, Access::ComputeSampled)
+            .read(&b.vertex, Access::ComputeSampled)
             .read(&b.order, Access::ComputeRead)
             .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
@@ -322,15 +317,15 @@ impl Meshes {
                     (7, (&b.draw).into()),
                     (8, (&b.index).into()),
                 ])?;
-                cmd.push(&IndexPush { groups_x: GROUPS_X, index_limit })?;
+                cmd.push(&IndexPush { groups_x: GROUPS_X, index_limit, first_instance })?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
         // After the triangles, which do not read what the light takes the place of.
         if let (Quality::Low, Some(draws)) = (quality, self.draws.get()) {
             frame
                 .pass("meshes: light")
-                .read(&books.meshes, Access::ComputeRead)
-                .read(&b.parts, Access::ComputeRead)
+                .read(&books.meshes, Access::ComputeSampled)
+                .read(&b.parts, Access::ComputeSampled)
                 .read(&b.draw, Access::ComputeRead)
                 .read(&b.draw, Access::IndirectRead)
                 .read(&b.vertex, Access::ComputeRead)
@@ -346,6 +341,7 @@ impl Meshes {
                         (5, (&b.draw).into()),
                         (6, (&b.vertex).into()),
                     ])?;
+                    cmd.push(&LightPush { first_instance, first_material: materials.first_texel() })?;
                     cmd.dispatch_indirect(Data::Part(&b.draw, LIGHT_GROUPS, 12))
                 })?;
         }
@@ -487,39 +483,15 @@ impl Meshes {
 
     /// Makes the buffers great enough; they only grow.
     fn reserve(&mut self, subject: &Subject) -> Result<()> {
-        let most_vertices = self.most_vertices;
-        let wanted = (
-            subject.instances.len() as u64,
-            u64::from(subject.palette),
-            subject.most_vertices.min(most_vertices),
-            subject.most_indices.min(MOST_INDICES),
-        );
-        if self.buffers.as_ref().is_some_and(|b| {
-            b.instances >= wanted.0 && b.joints >= wanted.1 && b.vertices >= wanted.2 && b.indices >= wanted.3
-        }) {
-            return Ok(());
-        }
-        let instances = wanted.0.next_power_of_two().max(64);
-        let joints = wanted.1.next_power_of_two().max(64);
-        let vertices = wanted.2.next_power_of_two().clamp(4096.min(most_vertices), most_vertices);
-        let indices = wanted.3.next_power_of_two().clamp(4096, MOST_INDICES);
-        let buffer = |name, size, usage| {
-            let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER;
-            Buffer::new(&self.gpu, &BufferDesc { name, size, usage, memory: Memory::Device })
+        let wanted = Wanted {
+            instances: subject.instances.len() as u64,
+            joints: u64::from(subject.palette),
+            vertices: subject.most_vertices.min(self.most_vertices),
+            indices: subject.most_indices.min(MOST_INDICES),
         };
-        use vk::BufferUsageFlags as U;
-        self.buffers = Some(Buffers {
-            instances,
-            joints,
-            vertices,
-            indices,
-            parts: buffer("mesh parts", 2 * instances * size_of::<GpuPart>() as u64, U::empty())?,
-            order: buffer("mesh order", 2 * instances * 4, U::empty())?,
-            palette: buffer("mesh joints", joints * 48, U::empty())?,
-            vertex: buffer("mesh vertices", vertices * VERTEX_WORDS as u64 * 4, U::VERTEX_BUFFER)?,
-            index: buffer("mesh indices", indices * 4, U::INDEX_BUFFER)?,
-            draw: buffer("mesh draws", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
-        });
+        if !self.buffers.as_ref().is_some_and(|buffers| buffers.fit(&wanted)) {
+            self.buffers = Some(Buffers::new(&self.gpu, &wanted, self.most_vertices)?);
+        }
         Ok(())
     }
 }

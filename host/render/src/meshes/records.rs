@@ -207,3 +207,14 @@ pub const GROUPS: u64 = BINS as u64 * 32;
 
 /// Where those of the light lie.
 pub const LIGHT_GROUPS: u64 = GROUPS + 16;
+
+/// What a picture drew, as it was read back.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Two an instance, in the instances' order.
+    pub parts: Vec<GpuPart>,
+    /// Words of each vertex.
+    pub vertices: Vec<[u32; VERTEX_WORDS]>,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
+}

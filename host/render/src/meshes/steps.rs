@@ -99,7 +99,7 @@ fn write<'a>(
         None => {
             // A buffer of no bytes is not allowed.
             let size = total.next_power_of_two().max(64);
-            let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
             Buffer::new(gpu, &BufferDesc { name, size, usage, memory: Memory::Upload })?
         }
     };

@@ -13,10 +13,9 @@ use reef_streams::{
 };
 
 use super::{
-    Drawn,
     gather::{Subject, gather},
     library::Shelf,
-    records::{BIN_LIT, BIN_LIT_VEIL, BIN_VEIL, FAR_SIDE, VEIL},
+    records::{BIN_LIT, BIN_LIT_VEIL, BIN_VEIL, Drawn, FAR_SIDE, VEIL},
     sample::Models,
     twin,
 };

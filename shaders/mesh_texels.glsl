@@ -1,0 +1,69 @@
+// Records of the mesh passes as texels of four words. A software device gathers a texel of each lane at once,
+// and the words of a storage buffer one by one, lane after lane: a texel costs it less than a word does. Needs
+// fibre.glsl and mesh.glsl.
+
+struct Joint {
+    vec4 rotation;
+    vec4 place; // w: scale
+};
+
+uvec4 texel_at(usamplerBuffer texels, uint at) {
+    return texelFetch(texels, int(at));
+}
+
+vec4 floats_at(usamplerBuffer texels, uint at) {
+    return uintBitsToFloat(texel_at(texels, at));
+}
+
+/// A word of a buffer.
+uint word_at(usamplerBuffer texels, uint word) {
+    return texel_at(texels, word >> 2)[word & 3u];
+}
+
+Joint joint_at(usamplerBuffer joints, uint index) {
+    return Joint(floats_at(joints, 2u * index), floats_at(joints, 2u * index + 1u));
+}
+
+Rest rest_at(usamplerBuffer rests, uint index) {
+    return Rest(floats_at(rests, 3u * index), floats_at(rests, 3u * index + 1u), floats_at(rests, 3u * index + 2u));
+}
+
+Object object_at(usamplerBuffer objects, uint first, uint index) {
+    return Object(floats_at(objects, first + 2u * index), floats_at(objects, first + 2u * index + 1u));
+}
+
+Mesh mesh_at(usamplerBuffer meshes, uint index) {
+    uvec4 a = texel_at(meshes, 3u * index);
+    uvec4 b = texel_at(meshes, 3u * index + 1u);
+    return Mesh(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, floats_at(meshes, 3u * index + 2u));
+}
+
+Level level_at(usamplerBuffer levels, uint index) {
+    uvec4 a = texel_at(levels, 2u * index);
+    uvec4 b = texel_at(levels, 2u * index + 1u);
+    return Level(a.x, a.y, a.z, a.w, uintBitsToFloat(b.x), b.y, b.z, b.w);
+}
+
+RestVertex rest_vertex_at(usamplerBuffer vertices, uint index) {
+    uvec4 a = texel_at(vertices, 2u * index);
+    uvec4 b = texel_at(vertices, 2u * index + 1u);
+    vec3 place = uintBitsToFloat(a.xyz);
+    return RestVertex(place.x, place.y, place.z, a.w, b.x, uintBitsToFloat(b.y), uintBitsToFloat(b.z), b.w);
+}
+
+Instance instance_at(usamplerBuffer instances, uint first, uint index) {
+    uint at = first + 5u * index;
+    uvec4 a = texel_at(instances, at);
+    uvec4 b = texel_at(instances, at + 1u);
+    vec4 c = floats_at(instances, at + 2u);
+    uvec4 d = texel_at(instances, at + 3u);
+    vec2 value_fade = uintBitsToFloat(d.xy);
+    return Instance(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, value_fade.x, value_fade.y, d.z, d.w,
+        floats_at(instances, at + 4u));
+}
+
+Part part_at(usamplerBuffer parts, uint index) {
+    uvec4 a = texel_at(parts, 2u * index);
+    uvec4 b = texel_at(parts, 2u * index + 1u);
+    return Part(a.x, a.y, a.z, a.w, uintBitsToFloat(b.xyz), b.w);
+}
