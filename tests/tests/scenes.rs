@@ -375,7 +375,7 @@ fn a_module_at_fault_ends_the_hashes_and_keeps_what_was_recorded() {
 }
 
 #[test]
-fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
+fn a_sea_is_the_same_with_any_number_of_workers_and_over_a_save() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state").to_str().expect("UTF-8").to_owned();
     let last = |arguments: &[&str]| {
@@ -383,7 +383,7 @@ fn particles_are_the_same_with_any_number_of_workers_and_over_a_save() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout).lines().last().expect("a hash").to_owned()
     };
-    for scene in ["particles-table1", "particles-wake"] {
+    for scene in ["particles-table1", "particles-wake", "seaweed-fig8", "seaweed-shelter"] {
         let whole = last(&["sim", scene, "--steps", "90", "--hash", "--workers", "1"]);
         assert_eq!(last(&["sim", scene, "--steps", "90", "--hash", "--workers", "2"]), whole, "{scene}");
         last(&["sim", scene, "--steps", "50", "--save-state", &state]);

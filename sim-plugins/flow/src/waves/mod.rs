@@ -32,7 +32,7 @@ pub mod trig;
 
 pub use carry::{Carried, carry};
 pub use choice::{Choice, Steady};
-pub use orbit::{Orbit, Surface, Trains, orbit, surface, velocity};
+pub use orbit::{Orbit, Surface, Trains, orbit, surface};
 pub use select::{Lens, Rule, Selection};
 pub use spectrum::{Train, WindSea, WindSeaError};
 pub use surge::{Places, Surges, Swell};

@@ -84,6 +84,11 @@ impl Trains {
         }
     }
 
+    /// Makes room for so many trains, so that no [`Trains::fill`] needs memory later.
+    pub fn make_room(&mut self, trains: usize) {
+        self.trains.reserve(trains.saturating_sub(self.trains.len()));
+    }
+
     /// How many trains there are.
     pub fn len(&self) -> usize {
         self.trains.len()
@@ -193,12 +198,6 @@ pub fn orbit<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, [x, y
         }
     }
     sum
-}
-
-/// The velocity of [`orbit`] alone [m/s].
-#[inline(always)]
-pub fn velocity<S: Simd, V: Lanes<S>>(simd: S, trains: &Trains, count: usize, p: [V; 3]) -> [V; 3] {
-    orbit(simd, trains, count, p).velocity
 }
 
 /// Height and normal of the surface over the points (x, z) [m, relative to the origin].

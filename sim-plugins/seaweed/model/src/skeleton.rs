@@ -2,7 +2,7 @@
 //!
 //! Segment i begins h_i up its parent's Y axis. Its base is the parent's, turned by θ_i about the parent's Y
 //! and then by φ_i about its own X. All numbers are those of a plant of size 1; individuals scale them (see
-//! [`crate::pack`]).
+//! [`crate::bed`]).
 
 use core::fmt;
 

@@ -35,8 +35,6 @@ pub(super) struct Cell {
     pub(super) currents: Packed,
     pub(super) trains: Trains,
     pub(super) capsules: Vec<Capsule>,
-    /// Most trains that there have been.
-    most_trains: usize,
     /// Whether something in here may be in view.
     pub(super) visible: bool,
 }
@@ -50,7 +48,6 @@ impl Cell {
             currents: Packed::new(),
             trains: Trains::new(),
             capsules: Vec::new(),
-            most_trains: 0,
             visible: true,
         }
     }
@@ -78,10 +75,10 @@ impl Cell {
         // What is not in view yet must not need memory when it is.
         self.currents.make_room(field);
         self.capsules.reserve(around.obstacles.len().saturating_sub(self.capsules.len()));
-        if !self.visible && self.most_trains >= around.waves.len() {
+        self.trains.make_room(around.waves.len());
+        if !self.visible {
             return;
         }
-        self.most_trains = self.most_trains.max(around.waves.len());
         let anchor = self.anchor.to_array();
         self.currents.fill_near(field, self.bounds, anchor, 0);
         let waves = if levels.waves > 0.0 { around.waves } else { &[] };

@@ -47,8 +47,8 @@ pub(super) fn patches(kinds: &[Kind], plants: &[Plant]) -> Vec<Patch> {
 
 /// Most sources: those of the plants that disturb the water most.
 pub const MOST_SOURCES: usize = 64;
-/// A source below this Φ [m³/s] is none.
-const LEAST_SOURCE: f32 = 1e-5;
+/// A source that is slower than this [m/s] at a quarter of its reach is none.
+const LEAST_SPEED: f32 = 0.01;
 /// A shelter below this strength is none.
 const LEAST_SHELTER: f64 = 0.1;
 /// No bed calms the water by more than this share.
@@ -85,7 +85,7 @@ impl Bed {
                 let [x, y, z] = pack.stand.push.each_ref().map(|lanes| lanes.0[lane]);
                 let size = pack.stand.size.0[lane];
                 let strength = disturbance * size * size * (x * x + y * y + z * z).sqrt();
-                if strength >= LEAST_SOURCE {
+                if speed(strength, pack.half_box(lane)) >= LEAST_SPEED {
                     strongest.push((strength, plant));
                 }
             }
@@ -104,16 +104,14 @@ impl Bed {
         let pack = &self.packs[pack as usize];
         let of =
             |lanes: &[Lane; 3]| DVec3::from(lanes.each_ref().map(|lanes| f64::from(lanes.0[lane as usize])));
-        let box_size = of(&pack.stand.high) - of(&pack.stand.low);
-        let reach = (0.5 * box_size.length()).max(0.05) as f32;
+        let reach = pack.half_box(lane as usize);
         Flow {
             owner: id_of(plant as usize),
             kind: abi::FLOW_SOURCE,
             position: (self.cells[pack.cell()].anchor() + of(&pack.stand.gravity)).to_array(),
             axis: [0.0, 1.0, 0.0],
             strength: strength.min(10.0),
-            // As fast as the source is at a quarter of its reach.
-            peak: (16.0 * strength / (reach * reach)).clamp(1e-4, 2.0),
+            peak: speed(strength, reach).clamp(1e-4, 2.0),
             core: 0.25 * reach,
             reach,
             fade: 0.5,
@@ -166,6 +164,11 @@ impl Bed {
             });
         }
     }
+}
+
+/// How fast a source is at a quarter of its reach [m/s].
+fn speed(strength: f32, reach: f32) -> f32 {
+    16.0 * strength / (reach * reach)
 }
 
 /// e to the power of x, the same bytes on every machine.

@@ -319,7 +319,7 @@ impl Bed {
             self.scratch.resize_with(workers, Scratch::default);
         }
         for scratch in &mut self.scratch {
-            scratch.fit(longest, &self.before[0], around.depth);
+            scratch.fit(longest, around.waves.len());
         }
     }
 

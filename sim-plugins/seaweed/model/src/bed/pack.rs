@@ -47,11 +47,9 @@ pub(super) struct Scratch {
 
 impl Scratch {
     /// Makes room for the longest plant and all trains, so that no step needs memory later.
-    pub(super) fn fit(&mut self, segments: usize, waves: &[Wave], depth: f64) {
+    pub(super) fn fit(&mut self, segments: usize, trains: usize) {
         self.room.fit(segments);
-        if self.trains.len() < waves.len() {
-            self.trains.fill(waves, depth, [0.0; 3]);
-        }
+        self.trains.make_room(trains);
     }
 }
 
@@ -143,6 +141,12 @@ impl Pack {
     /// No part of a plant comes farther from its root than this [m].
     pub(super) fn reach(&self, lane: usize) -> f32 {
         self.reach[lane]
+    }
+
+    /// Half of the diagonal of the box around a plant's joints [m].
+    pub(super) fn half_box(&self, lane: usize) -> f32 {
+        let size = [0, 1, 2].map(|i| self.stand.high[i].0[lane] - self.stand.low[i].0[lane]);
+        (0.5 * (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt()).max(0.05)
     }
 
     /// Centre of gravity, its velocity and acceleration.

@@ -125,14 +125,15 @@ impl Sheet<'_> {
         }
         (spot.place + across * (half * u) + normal * lift + spot.up * lean, spot)
     }
+}
 
-    /// Unit.
-    fn normal(&self, t: f64, u: f64) -> DVec3 {
-        let (dt, du) = (2e-3, 2e-2);
-        let along = self.at((t + dt).min(1.0), u).0 - self.at((t - dt).max(0.0), u).0;
-        let across = self.at(t, (u + du).min(1.0)).0 - self.at(t, (u - du).max(-1.0)).0;
-        across.cross(along).normalize_or(DVec3::Z)
-    }
+/// The normal at a point of a grid of places, from its neighbours, unit.
+fn normal(places: &[(DVec3, Spot)], width: usize, row: usize, column: usize) -> DVec3 {
+    let at = |row: usize, column: usize| places[row * width + column].0;
+    let (last_row, last_column) = (places.len() / width - 1, width - 1);
+    let along = at((row + 1).min(last_row), column) - at(row.saturating_sub(1), column);
+    let across = at(row, (column + 1).min(last_column)) - at(row, column.saturating_sub(1));
+    across.cross(along).normalize_or(DVec3::Z)
 }
 
 impl Draft<'_> {
@@ -179,14 +180,15 @@ impl Draft<'_> {
         };
         let (rows, columns) = self.grid(limb, &sheet);
         let first = self.shape.vertices.len() as u32;
-        for row in 0..=rows {
-            let t = f64::from(row) / f64::from(rows);
-            for column in 0..=columns {
-                let u = 2.0 * f64::from(column) / f64::from(columns) - 1.0;
-                let (place, spot) = sheet.at(t, u);
-                let tissue = self.skin(number, &sheet, t, u);
-                self.vertex(place, &spot, &tissue);
-            }
+        let share = |row: u32| f64::from(row) / f64::from(rows);
+        let side = |column: u32| 2.0 * f64::from(column) / f64::from(columns) - 1.0;
+        let grid = || (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column)));
+        let places: Vec<(DVec3, Spot)> =
+            grid().map(|(row, column)| sheet.at(share(row), side(column))).collect();
+        for ((row, column), (place, spot)) in grid().zip(&places) {
+            let normal = normal(&places, columns as usize + 1, row as usize, column as usize);
+            let tissue = self.skin(number, &sheet, (share(row), side(column)), normal);
+            self.vertex(*place, spot, &tissue);
         }
         self.rows(first, rows, columns);
     }
@@ -211,7 +213,7 @@ impl Draft<'_> {
     }
 
     /// What a sheet's vertex is beside its place.
-    fn skin(&self, number: usize, sheet: &Sheet<'_>, t: f64, u: f64) -> Tissue {
+    fn skin(&self, number: usize, sheet: &Sheet<'_>, (t, u): (f64, f64), normal: DVec3) -> Tissue {
         let look = &self.species.look;
         let [start, end] = self.heights[number];
         let height = start + (end - start) * t;
@@ -230,7 +232,7 @@ impl Draft<'_> {
         let shade = 0.86 + 0.09 * u * u + 0.05 * grain;
         let thickness = sheet.thickness * (0.75 + 0.9 * middle - 0.3 * u * u * (1.0 - middle));
         Tissue {
-            normal: sheet.normal(t, u),
+            normal,
             uv: [0.5 + 0.5 * u, v],
             thickness: thickness.max(1e-4),
             color: self.palette.vertex(share, shade),

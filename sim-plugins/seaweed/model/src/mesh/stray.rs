@@ -22,6 +22,9 @@ fn triangles(shape: &Shape, [_, begin, end]: [usize; 3]) -> Vec<[Vec3; 3]> {
     shape.indices[begin..end].chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(place)).collect()
 }
 
+/// Samples of a triangle.
+const SAMPLES: usize = 4;
+
 /// Corners and middles.
 fn samples(of: &[[Vec3; 3]]) -> impl Iterator<Item = Vec3> + '_ {
     of.iter().flat_map(|[a, b, c]| [*a, *b, *c, (*a + *b + *c) / 3.0])
@@ -34,15 +37,19 @@ const SLACK: f32 = 1.05;
 /// listed along the limb: the nearest is looked for from the same share of it on, and no longer than until one
 /// is so near that the worst stays.
 fn farthest_of(from: &[[Vec3; 3]], to: &[[Vec3; 3]], mut worst: f32) -> f32 {
+    let ball = |[a, b, c]: &[Vec3; 3]| {
+        let middle = (*a + *b + *c) / 3.0;
+        (middle, middle.distance(*a).max(middle.distance(*b)).max(middle.distance(*c)))
+    };
+    let balls: Vec<(Vec3, f32)> = to.iter().map(ball).collect();
     for (number, p) in samples(from).enumerate() {
-        let start = number / 4 * to.len() / from.len();
+        let start = number / SAMPLES * to.len() / from.len();
         let mut best = f32::MAX;
-        for triangle in to[start..].iter().chain(to[..start].iter().rev()) {
-            // No point of it is nearer than this.
-            let [a, b, c] = *triangle;
-            let least = p.distance(a) - a.distance(b).max(a.distance(c));
-            if least < best {
-                best = best.min(distance(*triangle, p));
+        for at in (start..to.len()).chain((0..start).rev()) {
+            let (middle, radius) = balls[at];
+            // No point of a triangle is outside of its ball.
+            if middle.distance_squared(p) < (best + radius) * (best + radius) {
+                best = best.min(distance(to[at], p));
                 if best <= worst {
                     break;
                 }
