@@ -1,21 +1,26 @@
 //! `reef bench seaweed`: joint-steps a second of the seaweeds, through a scene as every other scene runs — file,
 //! world, dynamic library, streams — beside a bare kernel over hot data in the same rounds.
 
+use std::path::Path;
+
 use reef_command::{Common, open};
 use reef_flow::Level;
 use reef_report::failure::Failure;
-use reef_sea::World;
+use reef_sea::{Options, World};
 use reef_seaweed_model::bare::Bare;
 
 use super::{
-    cells::{figure, set, world},
+    cells::{figure, set},
     fibre::running,
     measure::{Work, best, rounds},
     report::{Bar, Report},
 };
 
-/// Three hundred plants that differ.
+/// Plants that differ, in a uniform current.
 const SCENE: &str = "seaweed-table2";
+/// So many on a square metre of its ground of 400 m², 3000 in all: what they are costs more than what a step
+/// costs by itself.
+const DENSITY: f64 = 7.5;
 /// Segments of the bare kernel's blades, as many as the scene's plants have.
 const SEGMENTS: usize = 14;
 /// Rounds in which everything takes its turn.
@@ -52,11 +57,11 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("through the scene, one worker", rate(1, computed(&one)), UNIT);
     report.figure("through the scene, two workers", rate(2, computed(&two)), UNIT);
     let share = 100.0 * rate(1, computed(&one)) / ceiling;
-    report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(40.0));
+    report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(15.0));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let ratio = best(&seen, 1) / best(&seen, 2);
     if cores >= 2 {
-        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.6));
+        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.3));
     } else {
         report.figure("two workers over one", ratio, "×");
         report.note("This machine has one core: two workers have no bar.");
@@ -86,10 +91,19 @@ enum Waves {
 fn sea(common: &Common, workers: usize, waves: Waves, levels: bool) -> Result<World, Failure> {
     let common = Common { workers: Some(workers), ..common.clone() };
     let plugins = open::plugins(&common)?;
-    let mut world = world(&common, &plugins, SCENE, |_| true)?;
+    let mut scene = open::scene(&common, Path::new(SCENE), &plugins)?;
+    scene.modules.retain(|module| module.plugin == "reef.seaweed");
+    for density in scene.modules.iter_mut().filter_map(|module| module.config.pointer_mut("/beds/0/density"))
+    {
+        *density = DENSITY.into();
+    }
+    let options = Options { seed: common.seed, ..Options::default() };
+    let mut world = World::new(scene, &plugins, &options).map_err(Failure::input)?;
     set(&mut world, |_, key| match key {
         "segments" | "whole" | "visible" | "trains" => Some(f64::from(levels)),
         "waves" => Some(f64::from(waves == Waves::All)),
+        // A uniform current alone, as in the paper.
+        "sources" | "shelter" => Some(0.0),
         _ => None,
     });
     (0..WARM_STEPS).for_each(|_| world.step());

@@ -1,6 +1,6 @@
 //! Eight plants of one species that stand near one another: what they are, and their part of a step.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Quat};
 use reef_flow::{
     random::Random,
     view::View,
@@ -26,6 +26,8 @@ pub(super) struct Pack {
     cell: u32,
     pub(super) numbers: [u32; WIDTH],
     pub(super) stand: Stand,
+    /// The turn of each plant's base: x, y, z, w.
+    pub(super) turn: [Lane; 4],
     /// How long each has not been stepped [s].
     pub(super) paused: [f32; WIDTH],
     /// Bit by bit: who was stepped in the last step, and who made up for others in it.
@@ -81,12 +83,14 @@ impl Pack {
         stand.y[1] = Lane::all(1.0);
         stand.normal[1] = Lane::all(1.0);
         stand.ground = Lane::all(NO_GROUND);
+        let mut turn = Quat::IDENTITY.to_array().map(Lane::all);
         let mut all = [EMPTY; WIDTH];
         let mut reach = [0.0; WIDTH];
         for (lane, (number, plant)) in numbers.iter().zip(plants).enumerate() {
             all[lane] = *number;
             reach[lane] = (what.skeleton.reach() * plant.size) as f32;
-            set(&mut stand, lane, plant, anchor);
+            let base = set(&mut stand, lane, plant, anchor).as_quat().normalize().to_array();
+            turn.iter_mut().zip(base).for_each(|(lanes, value)| lanes.0[lane] = value);
             let mut random = Random::new(plant.seed, 0x5ea7);
             for (row, segment) in rows.iter_mut().zip(what.skeleton.segments()) {
                 let mut rest = |angle: f64| (angle + plant.bend * random.signed()) as f32;
@@ -100,6 +104,7 @@ impl Pack {
             cell: cell as u32,
             numbers: all,
             stand,
+            turn,
             paused: [0.0; WIDTH],
             stepped: 0,
             jumped: 0,
@@ -273,7 +278,8 @@ const USUAL: f64 = 2.0;
 /// Lower than anything.
 const NO_GROUND: f32 = -1e30;
 
-fn set(stand: &mut Stand, lane: usize, plant: &Plant, anchor: DVec3) {
+/// Puts a plant on its place; returns how its base is turned.
+fn set(stand: &mut Stand, lane: usize, plant: &Plant, anchor: DVec3) -> DQuat {
     let up = plant.up.normalize_or(DVec3::Y);
     let turn = DQuat::from_rotation_arc(DVec3::Y, up) * DQuat::from_rotation_y(plant.yaw);
     let put = |lanes: &mut [Lane; 3], value: DVec3| {
@@ -293,4 +299,5 @@ fn set(stand: &mut Stand, lane: usize, plant: &Plant, anchor: DVec3) {
         put(&mut stand.normal, normal);
         stand.ground.0[lane] = normal.dot(plant.root - anchor) as f32;
     }
+    turn
 }

@@ -1,14 +1,18 @@
 //! Where all joints are: what a renderer skins meshes with, and recordings trace.
 
-use fearless_simd::Simd;
-use glam::{DVec3, Mat3, Quat, Vec3};
-use reef_flow::{Level, simd::splat};
+use fearless_simd::{Simd, f32x8};
+use glam::{DVec3, Quat, Vec3};
+use reef_flow::{
+    Level,
+    math::sin_cos,
+    simd::{mul_add, neg_mul_add, splat},
+};
 use reef_sdk::{Parts, Workers};
 
 use super::{Bed, Kind, Pack};
 use crate::{
-    kernel::{Frame, Row, base, frame_of},
-    lanes::{Lane, WIDTH, load, load3, store3},
+    kernel::Row,
+    lanes::{Lane, WIDTH, add_scaled, load, load3, store, store3},
     skeleton::{GROUND, Joint},
 };
 
@@ -22,8 +26,8 @@ pub struct JointPose {
     pub rotation: [f32; 4],
 }
 
-/// X, Y and origin of a segment.
-pub(super) type Bases = [[Lane; 3]; 3];
+/// Turn (x, y, z, w) and origin of a segment.
+pub(super) type Bases = ([Lane; 4], [Lane; 3]);
 
 impl Bed {
     /// Where a plant's joints begin among those of [`Bed::write_poses`].
@@ -85,31 +89,60 @@ pub(super) fn fit(bases: &mut Vec<Vec<Bases>>, kinds: &[Kind], workers: usize) {
     }
 }
 
-/// The bases of the first segments, as many as `joints` has.
+/// The bases of the first segments, as many as `joints` has: turns as quaternions, which what draws them takes.
 #[inline(always)]
 pub(super) fn frames<S: Simd>(simd: S, joints: &[Joint], pack: &Pack, rows: &[Row], bases: &mut [Bases]) {
-    let ground = base(simd, &pack.stand);
-    let ground = Frame { origin: [splat(simd, 0.0); 3], ..ground };
+    let ground = (pack.turn.each_ref().map(|lane| load(simd, lane)), [splat(simd, 0.0); 3]);
     let size = load(simd, &pack.stand.size);
+    let (half, two) = (splat(simd, 0.5), splat(simd, 2.0));
     for (number, (joint, row)) in joints.iter().zip(rows).enumerate() {
-        let below = if joint.parent == GROUND {
+        let (turn, origin) = if joint.parent == GROUND {
             ground
         } else {
-            let [x, y, origin] = &bases[joint.parent as usize];
-            Frame { x: load3(simd, x), y: load3(simd, y), origin: load3(simd, origin) }
+            let (turn, origin) = &bases[joint.parent as usize];
+            (turn.each_ref().map(|lane| load(simd, lane)), load3(simd, origin))
         };
-        let frame = frame_of(simd, below, joint, row, size);
-        let [x, y, origin] = &mut bases[number];
-        store3(x, frame.x);
-        store3(y, frame.y);
-        store3(origin, frame.origin);
+        // Up what it stands on, by the turn's own Y.
+        let [x, y, z, w] = turn;
+        let up = [
+            two * neg_mul_add(w, z, x * y),
+            neg_mul_add(two, mul_add(x, x, z * z), splat(simd, 1.0)),
+            two * mul_add(w, x, y * z),
+        ];
+        let origin = add_scaled(origin, up, size * splat(simd, joint.height));
+        // By θ about Y, then by φ about its own X.
+        let (sin_theta, cos_theta) = sin_cos(half * load(simd, &row.theta));
+        let (sin_phi, cos_phi) = sin_cos(half * load(simd, &row.phi));
+        let own = [cos_theta * sin_phi, sin_theta * cos_phi, -(sin_theta * sin_phi), cos_theta * cos_phi];
+        let turn = after(simd, turn, own);
+        let (turns, origins) = &mut bases[number];
+        for (lane, value) in turns.iter_mut().zip(turn) {
+            store(lane, value);
+        }
+        store3(origins, origin);
     }
 }
 
+/// The turn `b` and then `a`, as unit quaternions.
+#[inline(always)]
+fn after<S: Simd>(simd: S, a: [f32x8<S>; 4], b: [f32x8<S>; 4]) -> [f32x8<S>; 4] {
+    let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
+    let turn = [
+        neg_mul_add(az, by, mul_add(ay, bz, mul_add(ax, bw, aw * bx))),
+        neg_mul_add(ax, bz, mul_add(az, bx, mul_add(ay, bw, aw * by))),
+        neg_mul_add(ay, bx, mul_add(ax, by, mul_add(az, bw, aw * bz))),
+        neg_mul_add(az, bz, neg_mul_add(ay, by, neg_mul_add(ax, bx, aw * bw))),
+    ];
+    // What rounding adds or takes is given back: one step of Newton's method toward a length of 1.
+    let square = turn.into_iter().fold(splat(simd, 0.0), |sum, q| mul_add(q, q, sum));
+    let unit = neg_mul_add(splat(simd, 0.5), square, splat(simd, 1.5));
+    turn.map(|q| q * unit)
+}
+
 /// One plant's base.
-pub(super) fn one([x, y, origin]: &Bases, lane: usize) -> JointPose {
-    let of = |lanes: &[Lane; 3]| Vec3::new(lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]);
-    let (x, y) = (of(x), of(y));
-    let turn = Quat::from_mat3(&Mat3::from_cols(x, y, x.cross(y))).normalize();
-    JointPose { position: of(origin).to_array(), rotation: turn.to_array() }
+pub(super) fn one((turn, origin): &Bases, lane: usize) -> JointPose {
+    JointPose {
+        position: origin.each_ref().map(|lanes| lanes.0[lane]),
+        rotation: turn.each_ref().map(|lanes| lanes.0[lane]),
+    }
 }

@@ -22,7 +22,6 @@ use crate::{
 };
 
 pub(crate) use loads::{Capsule, SKIN};
-pub(crate) use pose::{Frame, base, frame_of};
 
 /// What moves of a segment, eight plants side by side: 40 bytes a joint and plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
