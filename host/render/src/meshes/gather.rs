@@ -91,8 +91,9 @@ pub fn gather(
 
 impl Subject {
     /// Takes from instances the light that neighbours in their bed keep.
-    pub fn shade(&mut self, canopy: &Canopy) {
-        self.instances.iter_mut().for_each(|instance| instance.shade = canopy.shade(instance.object));
+    pub fn shade(&mut self, canopy: &Canopy, lens: &Lens) {
+        let shade = |instance: &mut GpuInstance| instance.shade = canopy.shade(instance.object, lens.eye.y);
+        self.instances.iter_mut().for_each(shade);
     }
 }
 

@@ -29,7 +29,6 @@ mod tests;
 pub mod twin;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Resource, Result, Upload};
 
 use self::{
@@ -38,8 +37,8 @@ use self::{
     gather::Subject,
     library::Library,
     records::{
-        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, Drawn, GROUPS, GpuPart, LIGHT_GROUPS,
-        VERTEX_WORDS, command,
+        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, Drawn, GROUPS, GpuPart, IndexPush,
+        LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS, command,
     },
     stand::{Canopy, Standing},
     steps::Steps,
@@ -57,49 +56,6 @@ use super::{
 
 /// Work groups along x; the rest goes along y.
 const GROUPS_X: u32 = 32_768;
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct PosePush {
-    count: u32,
-    use_lod: u32,
-    error: f32,
-    lit: f32,
-    first_instance: u32,
-    first_object: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct ScanPush {
-    part_count: u32,
-    vertex_limit: u32,
-    index_limit: u32,
-    groups_x: u32,
-    first_instance: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct SkinPush {
-    groups_x: u32,
-    first_instance: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct IndexPush {
-    groups_x: u32,
-    index_limit: u32,
-    first_instance: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct LightPush {
-    first_instance: u32,
-    first_material: u32,
-}
 
 /// What one picture uploaded.
 #[derive(Clone, Copy)]
@@ -127,6 +83,7 @@ pub struct Meshes {
     /// Vertices of one picture at most: their buffer has to stay within what the device can bind.
     pub(crate) most_vertices: u64,
     standing: Vec<Standing>,
+    canopy: Canopy,
 }
 
 impl Meshes {
@@ -148,15 +105,21 @@ impl Meshes {
             picture: None,
             most_vertices: u64::from(gpu.info().limits.max_storage_buffer_range) / (VERTEX_WORDS as u64 * 4),
             standing: Vec::new(),
+            canopy: Canopy::default(),
         }
     }
 
     /// Looks at what stands on the ground of a picture: before the ground is drawn, and the meshes are.
     pub fn stand(&mut self, shot: &Shot<'_>) -> Result<()> {
         self.library.update(&self.gpu, shot.current)?;
+        let shelf = &self.library.shelf;
         let terrain = shot.environment.terrain.as_deref();
-        let standing = |t| stand::standing(shot.previous, shot.current, t, &self.library.shelf);
-        self.standing = terrain.map(standing).unwrap_or_default();
+        let standing =
+            terrain.map(|t| stand::standing(shot.previous, shot.current, t, shelf)).unwrap_or_default();
+        if standing != self.standing {
+            self.canopy = Canopy::new(&standing);
+            self.standing = standing;
+        }
         Ok(())
     }
 
@@ -176,16 +139,14 @@ impl Meshes {
         quality: Quality,
     ) -> Result<()> {
         self.picture = None;
-        let canopy = Canopy::new(&self.standing, lens.eye.y);
         let mut subject =
             gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
-        subject.shade(&canopy);
+        subject.shade(&self.canopy, lens);
         if subject.instances.is_empty() {
             self.steps.forget();
             return Ok(());
         }
-        let used = |i: &records::GpuInstance| gathered.materials.get(i.material as usize);
-        let used = subject.instances.iter().filter_map(used);
+        let used = subject.instances.iter().filter_map(|i| gathered.materials.get(i.material as usize));
         let variant = Variant::of(quality, used);
         self.draws.choose(variant, |variant| Draws::new(&self.gpu, variant));
         self.reserve(&subject)?;

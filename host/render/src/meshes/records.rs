@@ -218,3 +218,51 @@ pub struct Drawn {
     /// Three a triangle.
     pub indices: Vec<u32>,
 }
+
+/// Constants of `mesh_pose.comp`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct PosePush {
+    pub(super) count: u32,
+    pub(super) use_lod: u32,
+    pub(super) error: f32,
+    pub(super) lit: f32,
+    pub(super) first_instance: u32,
+    pub(super) first_object: u32,
+}
+
+/// Constants of `mesh_scan.comp`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct ScanPush {
+    pub(super) part_count: u32,
+    pub(super) vertex_limit: u32,
+    pub(super) index_limit: u32,
+    pub(super) groups_x: u32,
+    pub(super) first_instance: u32,
+}
+
+/// Constants of `mesh_skin.comp`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct SkinPush {
+    pub(super) groups_x: u32,
+    pub(super) first_instance: u32,
+}
+
+/// Constants of `mesh_index.comp`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct IndexPush {
+    pub(super) groups_x: u32,
+    pub(super) index_limit: u32,
+    pub(super) first_instance: u32,
+}
+
+/// Constants of `mesh_lit.comp`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct LightPush {
+    pub(super) first_instance: u32,
+    pub(super) first_material: u32,
+}

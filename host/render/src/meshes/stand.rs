@@ -163,8 +163,9 @@ fn stands(before: &Outputs, now: &Outputs, number: usize, terrain: &Terrain) -> 
 /// bed's top, by the leaves in the nine cells around a plant.
 #[derive(Clone, Debug, Default)]
 pub struct Canopy {
-    /// By the step's objects; empty where none stands.
-    shades: Vec<u32>,
+    /// By the step's objects, empty where none stands: how fast light fades downward [1/m], and from which y
+    /// on [m].
+    fades: Vec<(f32, f64)>,
 }
 
 /// Sums over a cell.
@@ -177,8 +178,8 @@ struct Cell {
 }
 
 impl Canopy {
-    /// Of what stands, seen from an eye at this y [m].
-    pub fn new(standing: &[Standing], eye: f64) -> Self {
+    /// Of what stands.
+    pub fn new(standing: &[Standing]) -> Self {
         let level = |form: &Form| (form.height / SHADED).log2().ceil().clamp(0.0, MOST_LEVEL) as i32;
         let side = |level: i32| CELL * f64::from(1 << level);
         let cell = |at: DVec3, level: i32| {
@@ -196,7 +197,7 @@ impl Canopy {
                 sum.top += f64::from(form.leaf) * (origin.y + f64::from(form.height));
             }
         }
-        let mut shades = Vec::new();
+        let mut fades = Vec::new();
         for Standing { object, origin, form } in standing {
             let own = level(form);
             let [_, x, z] = cell(*origin, own);
@@ -209,17 +210,20 @@ impl Canopy {
             }
             let layers = f64::from(sum.leaf) / (9.0 * side(own) * side(own));
             let height = sum.height / sum.leaf.max(1e-12);
-            let top = (sum.top / f64::from(sum.leaf.max(1e-12)) - eye) as f32;
-            shades.resize(shades.len().max(*object as usize + 1), 0);
-            shades[*object as usize] = half(TAKEN * layers as f32 / height.max(0.01)) | half(top) << 16;
+            fades.resize(fades.len().max(*object as usize + 1), (0.0, 0.0));
+            fades[*object as usize] =
+                (TAKEN * layers as f32 / height.max(0.01), sum.top / f64::from(sum.leaf.max(1e-12)));
         }
-        Self { shades }
+        Self { fades }
     }
 
     /// Of an object, by its number among all of the step: two half floats, how fast light fades downward
-    /// [1/m], and from which height on, relative to the eye [m].
-    pub fn shade(&self, object: u32) -> u32 {
-        self.shades.get(object as usize).copied().unwrap_or(0)
+    /// [1/m], and from which height on, relative to an eye at this y [m].
+    pub fn shade(&self, object: u32, eye: f64) -> u32 {
+        match self.fades.get(object as usize) {
+            Some((fade, top)) => half(*fade) | half((top - eye) as f32) << 16,
+            None => 0,
+        }
     }
 }
 
@@ -301,8 +305,8 @@ mod tests {
                 let at = [i % many, i / many].map(|n| (f64::from(n - many / 2) + 0.5) * pitch);
                 models.plant(&mut outputs, [at[0], GROUND, at[1]], size, 0.0);
             }
-            let canopy = Canopy::new(&seen(&models, &outputs, &outputs), eye);
-            let packed = canopy.shade((many * many / 2 + many / 2) as u32);
+            let canopy = Canopy::new(&seen(&models, &outputs, &outputs));
+            let packed = canopy.shade((many * many / 2 + many / 2) as u32, eye);
             [device_tests::half(packed & 0xffff), device_tests::half(packed >> 16)]
         };
         let form = Form::of(&models.list[0]);
@@ -317,6 +321,6 @@ mod tests {
             assert!((fade / expected - 1.0).abs() < 2e-3, "{pitch} m, {size}: {fade}, {expected}");
             assert!((top - (own.height - 1.25)).abs() < 2e-3, "{pitch} m, {size}: {top}");
         }
-        assert_eq!(Canopy::new(&[], eye).shade(3), 0);
+        assert_eq!(Canopy::new(&[]).shade(3, eye), 0);
     }
 }
