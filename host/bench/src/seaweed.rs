@@ -1,5 +1,5 @@
-//! `reef bench seaweed`: joint-steps a second of the seaweeds, through a scene as every other scene runs — file,
-//! world, dynamic library, streams — beside a bare kernel over hot data in the same rounds.
+//! `reef bench seaweed`: joint-steps a second of the seaweeds, through a scene as every other scene runs —
+//! file, world, dynamic library, streams — beside a bare kernel over hot data in the same rounds.
 
 use std::path::Path;
 

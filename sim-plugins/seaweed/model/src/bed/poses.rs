@@ -89,7 +89,7 @@ pub(super) fn fit(bases: &mut Vec<Vec<Bases>>, kinds: &[Kind], workers: usize) {
     }
 }
 
-/// The bases of the first segments, as many as `joints` has: turns as quaternions, which what draws them takes.
+/// The bases of the first segments, as many as `joints` has, with their turns as quaternions.
 #[inline(always)]
 pub(super) fn frames<S: Simd>(simd: S, joints: &[Joint], pack: &Pack, rows: &[Row], bases: &mut [Bases]) {
     let ground = (pack.turn.each_ref().map(|lane| load(simd, lane)), [splat(simd, 0.0); 3]);

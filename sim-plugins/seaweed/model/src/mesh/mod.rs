@@ -1,9 +1,9 @@
 //! From a species to its meshes: grown around the skeleton at rest, with levels of detail, moved by its
 //! joints.
 //!
-//! Limbs are sheets ([`sheet`]) or tubes ([`tube`]) around their middle lines ([`spine`]). A species has three
-//! meshes, from young to old, and no two have the same ruffles. `v` goes from a blade's root to its tip, `u`
-//! across it. Levels of detail say how far they are from the finest one, measured ([`stray`]).
+//! Limbs are sheets ([`sheet`]) or tubes ([`tube`]) around their middle lines ([`spine`]). A species has
+//! three meshes, from young to old, and no two have the same ruffles. `v` goes from a blade's root to its
+//! tip, `u` across it. Levels of detail say how far they are from the finest one, measured ([`stray`]).
 
 mod sheet;
 mod spine;

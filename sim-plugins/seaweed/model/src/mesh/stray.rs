@@ -33,9 +33,9 @@ fn samples(of: &[[Vec3; 3]]) -> impl Iterator<Item = Vec3> + '_ {
 /// What may be between the samples.
 const SLACK: f32 = 1.05;
 
-/// The greatest of `worst` and the distances from places on some triangles to the nearest of others. Both are
-/// listed along the limb: the nearest is looked for from the same share of it on, and no longer than until one
-/// is so near that the worst stays.
+/// The greatest of `worst` and the distances from places on some triangles to the nearest of others. Both
+/// are listed along the limb: the nearest is looked for from the same share of it on, and no longer than
+/// until one is so near that the worst stays.
 fn farthest_of(from: &[[Vec3; 3]], to: &[[Vec3; 3]], mut worst: f32) -> f32 {
     let ball = |[a, b, c]: &[Vec3; 3]| {
         let middle = (*a + *b + *c) / 3.0;
