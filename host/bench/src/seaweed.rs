@@ -57,11 +57,11 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("through the scene, one worker", rate(1, computed(&one)), UNIT);
     report.figure("through the scene, two workers", rate(2, computed(&two)), UNIT);
     let share = 100.0 * rate(1, computed(&one)) / ceiling;
-    report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(15.0));
+    report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(50.0));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let ratio = best(&seen, 1) / best(&seen, 2);
     if cores >= 2 {
-        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.3));
+        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.8));
     } else {
         report.figure("two workers over one", ratio, "×");
         report.note("This machine has one core: two workers have no bar.");
@@ -71,7 +71,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("the same with levels of detail", 1e3 * best(&seen, 4), "ms");
     report.figure("joints computed then", computed(&levels), "");
     report.figure("joints drawn then", figure(&levels, "joints drawn"), "");
-    report.judged("memory of a joint", figure(&one, "bytes a joint"), "B", Bar::AtMost(128.0));
+    report.judged("memory of a joint", figure(&one, "bytes a joint"), "B", Bar::AtMost(160.0));
     report.note(format!(
         "A joint-step: both angles of one segment, for one step, in a uniform current. {ROUNDS} short rounds in which all \
          take turns of some steps; each one's best counts. The bare kernel: unbranched blades in water that is the same \
