@@ -129,6 +129,7 @@ pub const OWN: &[Own] = &[
             "species.look.eye",
             "species.look.eye_at",
             "species.look.fork",
+            "species.look.gill",
             "species.look.height",
             "species.look.marks",
             "species.look.pectoral.from",

@@ -65,6 +65,9 @@ pub struct Look {
     /// Scales from head to tail that can be seen. 0: none.
     #[schemars(range(min = 0.0, max = 200.0))]
     pub scales: f64,
+    /// How dark the fold behind its gills is. 0: none.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub gill: f64,
     /// How much its scales mirror the sun.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub sheen: f64,
@@ -133,6 +136,7 @@ impl Default for Look {
             marks: Vec::new(),
             broad: 0.08,
             scales: 60.0,
+            gill: 0.3,
             sheen: 0.3,
             height: 1.35,
             width: 1.1,

@@ -30,6 +30,8 @@ const LINE: f32 = 0.014;
 const SOFT: f32 = 0.004;
 /// Rays of a fin along the whole length.
 const RAYS: f32 = 110.0;
+/// Rays of half a tail fin.
+const TAIL_RAYS: f32 = 14.0;
 
 type Rgb = [f32; 3];
 
@@ -137,7 +139,7 @@ impl<'a> Paints<'a> {
 
     /// The body at a height from 1 (back) to −1 (belly).
     fn body(&self, y: f32, v: f32) -> Rgb {
-        let lower = mixed(self.belly, self.side, smooth(-0.75, -0.2, y));
+        let lower = mixed(self.belly, self.side, smooth(-0.6, -0.05, y));
         let mut color = mixed(lower, self.back, smooth(0.2, 0.8, y));
         color = self.marked(color, y, v);
         // The stalk goes over into the tail fin.
@@ -146,7 +148,10 @@ impl<'a> Paints<'a> {
         let uneven = 0.94 + 0.12 * noise(v * 40.0, y * 9.0, 7);
         let scale = self.scale(y, v);
         // A fold behind the head: the gill's edge.
-        let gill = 1.0 - 0.35 * near(v - 0.2 - 0.03 * (1.0 - y * y), 0.004) * smooth(0.75, 0.4, y.abs());
+        let gill = 1.0
+            - self.look.gill as f32
+                * near(v - 0.2 - 0.03 * (1.0 - y * y), 0.004)
+                * smooth(0.75, 0.4, y.abs());
         // And a mouth.
         let mouth = 1.0 - 0.6 * near(y + 0.22 + 2.0 * v, 0.09) * smooth(0.055, 0.035, v);
         color.map(|x| x * uneven * scale * gill * mouth)
@@ -162,7 +167,7 @@ impl<'a> Paints<'a> {
         let (x, row) = (v * along, y * along / 6.0);
         let shifted = x + 0.5 * (row.floor() - 2.0 * (row.floor() * 0.5).floor());
         let (s, t) = (shifted - shifted.floor() - 0.5, row - row.floor() - 0.5);
-        1.04 - 0.2 * smooth(0.1, 0.5, s + 0.8 * t * t)
+        1.03 - 0.11 * smooth(0.1, 0.5, s + 0.8 * t * t)
     }
 
     /// A fin at a share of the way from its root to its edge.
@@ -173,7 +178,11 @@ impl<'a> Paints<'a> {
             let bars = self.marked(color, 0.9, v);
             color = mixed(color, bars, smooth(ON_FINS + 0.05, ON_FINS - 0.05, out));
         }
-        let ray = v * RAYS;
+        // Those of the tail fin run along it.
+        let tail = smooth(self.tail_from - 0.02, self.tail_from, v);
+        let rear = smooth(0.955, 0.985, v);
+        color = mixed(color, self.edge, rear);
+        let ray = if tail > 0.5 { out * TAIL_RAYS } else { v * RAYS };
         let ray = 1.0 - 0.22 * smooth(0.3, 0.5, (ray - ray.floor() - 0.5).abs());
         color.map(|x| x * ray)
     }
@@ -205,7 +214,7 @@ impl<'a> Paints<'a> {
                 // A dark band from the eye along the back to the tail, and one below it that it meets there;
                 // between them an oval in the side's colour.
                 let back = smooth(-0.02, 0.02, y - 0.1 + 0.9 * smooth(0.34, 0.1, v)) * smooth(0.08, 0.11, v);
-                let lower = near(y + 0.05 - 0.1 * (v - 0.5), 0.26) * smooth(0.4, 0.44, v);
+                let lower = near(y + 0.05 - 0.1 * (v - 0.5), 0.26) * smooth(0.3, 0.34, v);
                 let dark = back.max(lower) * smooth(1.05, 0.93, y);
                 let (dx, dy) = ((v - 0.4) / 0.13, (y - 0.34) / 0.3);
                 let oval = smooth(1.06, 0.94, dx * dx + dy * dy);

@@ -37,7 +37,7 @@ impl Draft<'_> {
             let middle = place - out * (SUNK * DOME * radius);
             let dome = |share: f64, b: f64| {
                 let (cos, sin) = cos_sin_f64(share * FRAC_PI_2);
-                let (x, y) = cos_sin_f64(TAU * b * side);
+                let (x, y) = cos_sin_f64(TAU * b);
                 middle + out * (DOME * radius * cos) + (front * x + top * y) * (radius * sin)
             };
             let pupil = |a: f64, b: f64| dome(PUPIL * a, b);

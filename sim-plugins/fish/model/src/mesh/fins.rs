@@ -1,4 +1,5 @@
-//! Fins: thin sheets, seen from both sides, on the ridge and beside the body.
+//! Fins: thin sheets on the ridge and beside the body. Each is there twice, back to back: a mesh that is lit from
+//! both sides would be lit from behind at the body's outline.
 
 use glam::DVec3;
 
@@ -18,7 +19,7 @@ const SUNK: f64 = 0.12;
 const PECTORAL: f64 = -0.25;
 const PELVIC: f64 = -0.86;
 /// How much wider than its root a paired fin is at its end, as a share of its length.
-const FAN: f64 = 0.55;
+const FAN: f64 = 0.9;
 
 /// How far out a fin reaches along its root: round, highest at its peak.
 fn rise(fin: &Fin, share: f64) -> f64 {
@@ -41,7 +42,7 @@ impl Draft<'_> {
             strays = strays.max(self.ridge(fin, side, size));
         }
         for side in [1.0, -1.0] {
-            strays = strays.max(self.paired(pectoral, [PECTORAL, 0.93, -0.2, 0.75], side, size));
+            strays = strays.max(self.paired(pectoral, [PECTORAL, 0.93, -0.25, 0.55], side, size));
             strays = strays.max(self.paired(pelvic, [PELVIC, 0.4, -0.7, 0.3], side, size));
         }
         strays.max(self.tail(species, *fork, size))
@@ -57,6 +58,9 @@ impl Draft<'_> {
         let length = self.outline.length;
         let [thick, thin] = THICKNESS.map(|share| share * length);
         let thickness = |_: f64, b: f64| thick + (thin - thick) * b;
+        let back = |a: f64, b: f64| at(1.0 - a, b);
+        let back_uv = |a: f64, b: f64| uv(1.0 - a, b);
+        self.patch(&Patch { at: &back, uv: &back_uv, thickness: &thickness, root, color: PLAIN }, size);
         self.patch(&Patch { at, uv, thickness: &thickness, root, color: PLAIN }, size)
     }
 
@@ -92,7 +96,7 @@ impl Draft<'_> {
             let [height, width] = outline.extent(v);
             let root = DVec3::new(outline.x(v), up * height, side * wide * width);
             let open = DVec3::new(0.0, FAN * reach * (0.5 - a) * b, 0.0);
-            root + way * (reach * b * (0.35 + 0.65 * rise(fin, a))) + open
+            root + way * (reach * b * (0.7 + 0.3 * rise(fin, a))) + open
         };
         let v = 0.5 * (fin.from + fin.to);
         let uv = |_: f64, b: f64| [across(b), v];

@@ -13,7 +13,7 @@ pub mod outline;
 use glam::DVec3;
 use reef_sdk::{
     Host, Mesh, MeshDesc, MeshError,
-    abi::{self, Joint, MeshLevel, MeshVertex, pack_normal},
+    abi::{Joint, MeshLevel, MeshVertex, pack_normal},
 };
 
 use crate::{
@@ -81,7 +81,7 @@ impl Shape {
             influences: BONES as u32,
             joints: &self.joints,
             weights: &self.weights,
-            flags: abi::MESH_TWO_SIDED,
+            flags: 0,
         })
     }
 }
@@ -215,7 +215,8 @@ impl Draft<'_> {
 const SEAM: f64 = 0.004;
 
 /// The joints that move what is at `station` [joints from the nose], by a cubic B-spline: no ring shows where
-/// one goes over into the next.
+/// one goes over into the next. Up to a joint from the ends it goes over into linear weights, so that the nose
+/// and the tail fin's edge are where the body's nodes are.
 fn bones(station: f64, count: usize) -> ([u32; BONES], [f32; BONES]) {
     let last = count.saturating_sub(1);
     let first = (station.max(0.0) as usize).min(last);
@@ -227,14 +228,16 @@ fn bones(station: f64, count: usize) -> ([u32; BONES], [f32; BONES]) {
         (3.0 * left - 6.0) * left * left + 4.0,
         t * t * t,
     ];
+    let inner = station.min(last as f64 - station).clamp(0.0, 1.0);
+    let linear = [0.0, left, t, 0.0];
     let mut joints = [0; BONES];
     let mut weights = [0.0; BONES];
-    for (i, weight) in spline.iter().enumerate() {
+    for (i, (weight, linear)) in spline.iter().zip(linear).enumerate() {
         let joint = (first + i).saturating_sub(1).min(last);
         joints[i] = joint as u32;
         // What would be beyond the ends counts for the ends, once.
         let same = (0..i).find(|other| joints[*other] == joint as u32).unwrap_or(i);
-        weights[same] += (weight / 6.0) as f32;
+        weights[same] += (linear + (weight / 6.0 - linear) * inner) as f32;
     }
     (joints, weights)
 }

@@ -9,6 +9,8 @@ use crate::species::Species;
 
 /// How far the skin reaches into the tail fin, as a share of it.
 const STALK: f64 = 0.35;
+/// Height and width of a blunt head at its first section, over those at its second.
+const BLUNT: [f64; 2] = [0.8, 0.82];
 /// Height of its end over the last section's.
 const STALK_HEIGHT: f64 = 0.75;
 
@@ -39,6 +41,12 @@ impl Outline {
             way += step;
             ways.push(way);
             knots.push([way / length, height * look.height, width * look.width]);
+        }
+        // The snout goes on from a blunt head's second section, not from its first.
+        let neck = knots[2];
+        for (axis, share) in [(1, BLUNT[0]), (2, BLUNT[1])] {
+            let blunt = (share * neck[axis]).max(knots[1][axis]);
+            knots[1][axis] += (blunt - knots[1][axis]) * look.snout;
         }
         let end = (way + STALK * body.tail) / length;
         let [_, height, width] = knots[knots.len() - 1];
@@ -90,7 +98,7 @@ impl Outline {
             if next == 1 {
                 // Round at the nose.
                 let root = t.sqrt();
-                return knots[1][axis + 1] * (t + (root - t) * (0.35 + 0.5 * self.snout));
+                return knots[1][axis + 1] * (t + (root - t) * (0.4 + 0.5 * self.snout));
             }
             // A cubic through the knots that follows the ways between their neighbours.
             let slope = |i: usize| {

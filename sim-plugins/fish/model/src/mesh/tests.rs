@@ -26,12 +26,12 @@ fn weights_go_over_without_a_step_from_joint_to_joint() {
         joints.iter().zip(weights).for_each(|(joint, weight)| all[*joint as usize] += weight);
         all
     };
-    // The steepest slope of the spline is 2/3 a joint.
+    // No weight changes faster than the linear one, but for a third where one goes over into the other.
     for i in 0..600 {
         let (a, b) = (of(f64::from(i) * 0.01), of(f64::from(i) * 0.01 + 0.01));
-        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.0101), "{i}: {a:?} {b:?}");
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.0135), "{i}: {a:?} {b:?}");
     }
-    assert!(of(3.0)[3] > 0.66 && of(0.0)[0] > 0.8 && of(6.0)[6] > 0.8);
+    assert!(of(3.0)[3] > 0.66 && of(0.0)[0] == 1.0 && of(6.0)[6] == 1.0);
 }
 
 #[test]
@@ -81,5 +81,6 @@ fn a_fin_of_no_height_is_left_out() {
         grown(&species).0.vertices.len()
     };
     let fin: u32 = LEVELS.iter().map(|fine| (fine.fin[0] + 1) * (fine.fin[1] + 1)).sum();
-    assert_eq!(bare(0.1) - bare(0.0), fin as usize);
+    // Front and back.
+    assert_eq!(bare(0.1) - bare(0.0), 2 * fin as usize);
 }
