@@ -69,7 +69,8 @@ fn the_skin_holds_the_sections_and_its_normals_look_outward() {
         let normal = (b - a).cross(c - a);
         let middle = (a + b + c) / 3.0;
         let out = glam::Vec3::new(0.0, middle.y, middle.z);
-        assert!(normal.length() < 1e-9 || normal.dot(out) > 0.0, "{middle}");
+        // At the stalk's end both sides meet.
+        assert!(normal.dot(out) >= -1e-3 * normal.length() * out.length(), "{middle}");
     }
 }
 
