@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 use reef_flow::math::cos_sin_f64;
 
-use super::{Draft, PLAIN, Patch};
+use super::{Draft, PLAIN, Patch, Surface};
 use crate::{look::Look, paint::IRIS};
 
 /// Where around the body they are: a share of a turn from the back.
@@ -42,7 +42,7 @@ impl Draft<'_> {
             };
             let pupil = |a: f64, b: f64| dome(PUPIL * a, b);
             let iris = |a: f64, b: f64| dome(PUPIL + (1.0 - PUPIL) * a, b);
-            let parts: [(&dyn Fn(f64, f64) -> DVec3, u32); 2] = [(&pupil, BLACK), (&iris, PLAIN)];
+            let parts: [(Surface<'_>, u32); 2] = [(&pupil, BLACK), (&iris, PLAIN)];
             for (at, color) in parts {
                 let patch = Patch {
                     at,

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Draft, PLAIN, Patch};
+use super::{Draft, PLAIN, Patch, Surface};
 use crate::{
     look::{Fin, Look},
     paint::{FIN_EDGE, FIN_ROOT},
@@ -51,7 +51,7 @@ impl Draft<'_> {
     fn sheet(
         &mut self,
         root: Option<f64>,
-        at: &dyn Fn(f64, f64) -> DVec3,
+        at: Surface<'_>,
         uv: &dyn Fn(f64, f64) -> [f64; 2],
         size: [u32; 2],
     ) -> f64 {

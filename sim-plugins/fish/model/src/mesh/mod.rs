@@ -101,10 +101,12 @@ pub fn shape(species: &Species, plan: &Plan) -> Shape {
     draft.shape
 }
 
+/// Where places of the unit square are at rest [m].
+type Surface<'a> = &'a dyn Fn(f64, f64) -> DVec3;
+
 /// A surface over the unit square.
 struct Patch<'a> {
-    /// Where it is at rest [m].
-    at: &'a dyn Fn(f64, f64) -> DVec3,
+    at: Surface<'a>,
     /// Its place on the picture.
     uv: &'a dyn Fn(f64, f64) -> [f64; 2],
     /// How thick it is [m].
