@@ -70,7 +70,7 @@ pub struct Group {
     pub scale: [f64; 2],
     /// The anemones that are their homes, where the species has a `home`; one after the other gets a fish.
     #[serde(default)]
-    #[schemars(length(max = 1000), inner(inner(range(min = -100000.0, max = 100000.0))), extend("x-unit" = "m"))]
+    #[schemars(length(max = 1000), inner(inner(range(min = -1e5, max = 1e5))), extend("x-unit" = "m"))]
     pub homes: Vec<[f64; 3]>,
     /// Seed of places, sizes and whims. Without it: the scene's.
     #[serde(default)]

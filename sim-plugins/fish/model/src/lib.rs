@@ -11,7 +11,7 @@
 //! - [`tank`]: the bodies of all fish of a species, stepped together, eight a vector.
 //! - [`species`]: tables of parameters; [`gait`]: how a species swims, worked out from its mechanics.
 //! - [`shoal`]: all fish, what each perceives and wants; [`frames`]: what they are skinned by.
-//! - [`look`]: how a species looks; [`mesh`], [`paint`]: its skin; [`breed`]: all that a species is, made once.
+//! - [`look`]: how a species looks; [`mesh`], [`paint`]: its skin; [`breed`]: all that it is, made once.
 //! - [`config`], [`sow`]: where which fish are; [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the thesis

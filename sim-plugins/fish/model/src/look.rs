@@ -59,7 +59,8 @@ pub struct Look {
     /// Where bars or stripes are.
     #[schemars(length(max = 16), inner(range(min = -1.0, max = 1.0)))]
     pub marks: Vec<f64>,
-    /// Width of a bar as a share of the length, of a stripe as a share of the height; of patches: their share.
+    /// Width of a bar as a share of the length, of a stripe as a share of the height; how much of the skin
+    /// patches cover.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub broad: f64,
     /// Scales from head to tail that can be seen. 0: none.

@@ -1,5 +1,5 @@
-//! Fins: thin sheets on the ridge and beside the body. Each is there twice, back to back: a mesh that is lit from
-//! both sides would be lit from behind at the body's outline.
+//! Fins: thin sheets on the ridge and beside the body. Each is there twice, back to back: a mesh that is lit
+//! from both sides would be lit from behind at the body's outline.
 
 use glam::DVec3;
 

@@ -216,9 +216,9 @@ impl Draft<'_> {
 /// No part of the body takes its colour from nearer to the picture's seams.
 const SEAM: f64 = 0.004;
 
-/// The joints that move what is at `station` [joints from the nose], by a cubic B-spline: no ring shows where
-/// one goes over into the next. Up to a joint from the ends it goes over into linear weights, so that the nose
-/// and the tail fin's edge are where the body's nodes are.
+/// The joints that move what is at `station` [joints from the nose], by a cubic B-spline: no ring shows
+/// where one goes over into the next. Less than a joint from the ends its weights go over into linear ones:
+/// the nose and the tail fin's edge are where the body's nodes are.
 fn bones(station: f64, count: usize) -> ([u32; BONES], [f32; BONES]) {
     let last = count.saturating_sub(1);
     let first = (station.max(0.0) as usize).min(last);
