@@ -11,6 +11,8 @@
 //! - [`tank`]: the bodies of all fish of a species, stepped together, eight a vector.
 //! - [`species`]: tables of parameters; [`gait`]: how a species swims, worked out from its mechanics.
 //! - [`shoal`]: all fish, what each perceives and wants; [`frames`]: what they are skinned by.
+//! - [`look`]: how a species looks; [`mesh`], [`paint`]: its skin; [`breed`]: all that it is, made once.
+//! - [`config`], [`sow`]: where which fish are; [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the thesis
 //!
@@ -26,14 +28,23 @@
 //! along +x; y is up, z to its right.
 
 pub mod body;
+pub mod breed;
+pub mod config;
+mod draw;
 pub mod frames;
 pub mod gait;
 mod kernel;
 mod lanes;
+pub mod look;
 pub mod material;
+pub mod mesh;
+pub mod paint;
+pub mod plugin;
 pub mod reference;
 pub mod shoal;
+pub mod sow;
 pub mod species;
 pub mod tank;
 
 pub use kernel::{Plan, bare};
+pub use plugin::Fish;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Plan,
     body::{Body, BodyError, Profile},
+    look::Look,
     material::{Beat, Material},
 };
 
@@ -29,6 +30,8 @@ pub struct Species {
     pub mind: Mind,
     /// What it does to the water, and to anemones by it.
     pub carries: Carried,
+    /// What it looks like.
+    pub look: Look,
     /// Size of individuals, ± this share.
     #[schemars(range(min = 0.0, max = 0.7))]
     pub variation: f64,
@@ -256,6 +259,6 @@ impl Species {
             let problem = format!("`{name}` must not hunt itself");
             return Err(BodyError { key: format!("mind.prey[{at}]"), problem });
         }
-        Ok(())
+        self.look.check()
     }
 }

@@ -290,6 +290,7 @@ impl Shoal {
     /// One step.
     pub fn step(&mut self, around: &Surroundings<'_>) {
         if around.dt.is_nan() || around.dt <= 0.0 {
+            self.carry(around);
             return;
         }
         self.prepare(around);
@@ -445,6 +446,18 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         reach: range,
     }
 }
+
+impl Fish {
+    /// How its hue and its lightness differ from those of its kind, each from −1 to 1.
+    pub fn tints(&self) -> [f32; 2] {
+        let signed = |bits: u64| (bits >> 40) as f32 / (1 << 23) as f32 - 1.0;
+        [signed(reef_flow::random::mix(self.seed ^ HUE)), signed(reef_flow::random::mix(self.seed ^ VALUE))]
+    }
+}
+
+/// Purposes of a fish's seed: its hue and its lightness.
+const HUE: u64 = 3;
+const VALUE: u64 = 4;
 
 /// The middle of all habitats.
 fn anchor(habitats: &[Habitat]) -> DVec3 {

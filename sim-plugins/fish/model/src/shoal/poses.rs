@@ -17,13 +17,20 @@ const SHORTEST: f32 = 0.2;
 impl Shoal {
     /// Writes the nodes of a fish [m, relative to the returned origin, world]; `into` has room for them.
     pub fn nodes(&self, number: usize, into: &mut [[f32; 3]]) -> DVec3 {
+        let size = self.fish[number].size as f32;
+        let origin = self.pose(number, into);
+        into.iter_mut().for_each(|at| *at = at.map(|x| x * size));
+        origin
+    }
+
+    /// As [`Shoal::nodes`], at the species' own size.
+    fn pose(&self, number: usize, into: &mut [[f32; 3]]) -> DVec3 {
         let fish = &self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
         let (tank, slot) = (&self.tanks[fish.kind as usize], fish.slot as usize);
-        let size = fish.size as f32;
         if fish.near {
             for (into, at) in into.iter_mut().zip(tank.positions(slot)) {
-                *into = at.map(|x| x * size);
+                *into = *at;
             }
             return tank.swimmers()[slot].origin;
         }
@@ -32,17 +39,17 @@ impl Shoal {
         let pose = Pose::of(fish, tank.swimmers()[slot].phase);
         for (node, (into, offset)) in into.iter_mut().zip(offsets).enumerate() {
             let at = pose.node(&kind.gait, node) + pose.turned(*offset) * pose.fade;
-            *into = (at * size).to_array();
+            *into = at.to_array();
         }
         fish.position
     }
 
     /// Writes the frames of a fish's segments, nose first, relative to the returned origin [m, world].
-    /// `nodes` is room for its nodes.
+    /// `nodes` is room for its nodes: there they are at the species' own size afterwards.
     pub fn frames(&self, number: usize, nodes: &mut [[f32; 3]], into: &mut [Section]) -> DVec3 {
         let fish = &self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
-        let origin = self.nodes(number, nodes);
+        let origin = self.pose(number, nodes);
         sections(&kind.plan, nodes, fish.size as f32, into);
         origin
     }

@@ -5,6 +5,7 @@ mod carry;
 mod equations;
 mod extremes;
 mod frames;
+mod library;
 mod mind;
 mod poses;
 mod shoal;

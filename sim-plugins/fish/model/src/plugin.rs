@@ -1,0 +1,274 @@
+//! The plugin: configuration in, streams out.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use reef_flow::{Level, color::linear_rgb};
+use reef_sdk::{abi::fnv1a_32, prelude::*};
+
+use crate::{
+    breed::{Breed, forget},
+    config::Config,
+    draw::{Brush, Wear},
+    look::Look,
+    paint,
+    shoal::{Host as Anemone, Shoal, State, Surroundings, id_of},
+    sow::Stock,
+};
+
+/// Lines at most: more would hide everything.
+const MOST_LINES: usize = 20_000;
+
+/// Fish.
+#[derive(Debug)]
+pub struct Fish {
+    shoal: Shoal,
+    brush: Brush,
+    /// What the elements name: they live as long as the fish do.
+    _meshes: Vec<Mesh>,
+    _pictures: Vec<Texture>,
+    /// What they are made of, for an instance that is made beside this one.
+    breeds: Vec<Arc<Breed>>,
+    /// Species by species.
+    wears: Vec<Wear>,
+    materials: Vec<abi::Material>,
+    /// The retained materials were committed.
+    dressed: bool,
+    /// Of the names of the species that feel what fish carry.
+    hosts: Vec<u32>,
+    /// Those of them that are there.
+    anemones: Vec<Anemone>,
+    /// What the fish carry, at the panel's strength.
+    flows: Vec<abi::Flow>,
+    /// Room for the nodes of a fish, where a recording asks for them.
+    nodes: Vec<[f32; 3]>,
+}
+
+/// Numbers of the parameters: they never change, not even when one is removed.
+mod id {
+    pub(super) const NEAR: u32 = 1;
+    pub(super) const CARRIED: u32 = 2;
+    pub(super) const SKIN: u32 = 3;
+}
+
+/// What can change while the sea runs.
+pub const PARAMS: &[Param] = &[
+    Param::float(id::NEAR, "near")
+        .label("Bodies up to")
+        .group("Levels of detail")
+        .unit("m")
+        .range(0.0, 1000.0)
+        .default(8.0)
+        .help("Fish nearer to the camera move by their muscles and the water; farther ones by the gait of the same body."),
+    Param::float(id::CARRIED, "carried")
+        .label("Sources and holes")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on what fish carry to the water near anemones; 0: nothing."),
+    Param::float(id::SKIN, "skin")
+        .label("Skin")
+        .group("Figures")
+        .range(0.0, 1.0)
+        .default(1.0)
+        .help("Share of the skin that is there: with less, debug lines show the springs inside."),
+];
+
+/// Of scales that mirror all that they can: reflectance, and how narrow it is; and of skin without.
+const MIRROR: [f32; 2] = [0.0003, 0.02];
+const ROUGH: [f32; 2] = [1.0, 0.42];
+
+fn material(look: &Look, picture: u32) -> abi::Material {
+    let [r, g, b] = linear_rgb(&look.side).unwrap_or([0.5; 3]);
+    let sheen = look.sheen as f32;
+    let between = |[none, all]: [f32; 2]| none + (all - none) * sheen;
+    abi::Material {
+        base: [r, g, b, 1.0],
+        tip: [r, g, b, 1.0],
+        texture: picture,
+        translucency: 0.45,
+        wrap: 0.4,
+        rim: 0.3,
+        specular: between(MIRROR),
+        roughness: between(ROUGH),
+        ..abi::Material::default()
+    }
+}
+
+impl Fish {
+    fn made(host: &Host, scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
+        let Stock { breeds: named, shoal } = Stock::new(scene, config)?;
+        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
+        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
+        for (name, breed) in named {
+            let mesh = breed.shape().upload(host, &name)?;
+            let picture = host.texture(&name, TextureFormat::Srgb, paint::SIZE, &breed.picture().texels)?;
+            wears.push(Wear::new(&name, mesh.id(), materials.len() as u32, breed.shape().radius));
+            materials.push(material(&breed.species().look, picture.id()));
+            meshes.push(mesh);
+            pictures.push(picture);
+            breeds.push(breed);
+        }
+        Ok(Self {
+            brush: Brush::new(&shoal),
+            flows: Vec::with_capacity(shoal.fish().len()),
+            shoal,
+            _meshes: meshes,
+            _pictures: pictures,
+            breeds,
+            wears,
+            materials,
+            dressed: false,
+            hosts: config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect(),
+            anemones: Vec::new(),
+            nodes: Vec::new(),
+        })
+    }
+
+    /// The fish.
+    pub fn shoal(&self) -> &Shoal {
+        &self.shoal
+    }
+
+    /// Where the nodes of all fish are, for recordings.
+    fn trace(&mut self, room: &mut [abi::Trace]) {
+        let Self { shoal, nodes, .. } = self;
+        let mut room = room.iter_mut();
+        for (number, fish) in shoal.fish().iter().enumerate() {
+            let kind = &shoal.kinds()[fish.kind as usize];
+            let count = kind.plan.body().nodes().len();
+            nodes.resize(count, [0.0; 3]);
+            let origin = shoal.nodes(number, nodes);
+            for ((node, at), slot) in (0..).zip(nodes.iter()).zip(&mut room) {
+                *slot = abi::Trace {
+                    object: id_of(number) - 1,
+                    position: (origin + glam::Vec3::from(*at).as_dvec3()).to_array(),
+                    node,
+                    kind: 0,
+                    ..abi::Trace::default()
+                };
+            }
+        }
+    }
+
+    fn node_count(&self) -> usize {
+        let count = |kind: u32| self.shoal.kinds()[kind as usize].plan.body().nodes().len();
+        self.shoal.fish().iter().map(|fish| count(fish.kind)).sum()
+    }
+}
+
+impl Drop for Fish {
+    fn drop(&mut self) {
+        self.breeds.clear();
+        forget();
+    }
+}
+
+impl Plugin for Fish {
+    const ID: &'static str = "reef.fish";
+    const NAME: &'static str = "Fish";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const VENDOR: &'static str = "Reef";
+    const DESCRIPTION: &'static str = "Fish of springs and muscles that swim, shoal, hunt and hide (Gritt 2010 after Tu and Terzopoulos 1994).";
+    const STATE_VERSION: u32 = 1;
+    const STATE_MIN_VERSION: u32 = 1;
+    type Config = Config;
+
+    fn traces() -> &'static [&'static str] {
+        &["fish"]
+    }
+
+    fn params() -> &'static [Param] {
+        PARAMS
+    }
+
+    fn create(host: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
+        let made = Self::made(host, scene, &config);
+        if made.is_err() {
+            forget();
+        }
+        made
+    }
+
+    fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
+        let (hosts, anemones) = (&self.hosts, &mut self.anemones);
+        anemones.clear();
+        let theirs = input.actors().iter().filter(|actor| hosts.contains(&actor.species));
+        anemones.extend(
+            theirs
+                .map(|actor| Anemone { position: DVec3::from(actor.position), radius: actor.radius.into() }),
+        );
+        self.shoal.step(&Surroundings {
+            flow: input.flow(),
+            bed: input.heightfield(),
+            obstacles: input.obstacles(),
+            surface: 0.0,
+            hosts: anemones,
+            eye: DVec3::from(input.camera().position),
+            near: input.param(id::NEAR),
+            dt: input.dt(),
+            level: Level::at_most(input.simd_level()),
+            workers: input.workers(),
+        });
+
+        let (shoal, workers) = (&self.shoal, input.workers());
+        let (fish, joints) = (shoal.fish().len(), self.brush.joints());
+        let room = (
+            output.reserve::<abi::Object>(fish)?,
+            output.reserve::<abi::Skinned>(fish)?,
+            output.reserve::<abi::Joint>(joints)?,
+        );
+        let fade = 1.0 - input.param(id::SKIN) as f32;
+        self.brush.draw(shoal, &self.wears, fade, workers, room);
+        output.commit::<abi::Object>(fish)?;
+        output.commit::<abi::Skinned>(fish)?;
+        output.commit::<abi::Joint>(joints)?;
+        if !self.dressed || input.is_trial() {
+            output.emit(&self.materials)?;
+            self.dressed = !input.is_trial();
+        }
+        Brush::actors(shoal, &self.wears, output.reserve::<abi::Actor>(fish)?);
+        output.commit::<abi::Actor>(fish)?;
+        let carried = input.param(id::CARRIED) as f32;
+        self.flows.clear();
+        if carried > 0.0 {
+            let strong = |flow: &abi::Flow| abi::Flow {
+                strength: flow.strength * carried,
+                peak: flow.peak * carried,
+                ..*flow
+            };
+            self.flows.extend(shoal.flows().iter().map(strong));
+        }
+        output.emit(&self.flows)?;
+
+        let near = shoal.fish().iter().filter(|fish| fish.near).count();
+        input.host().figure("fish", fish as f64);
+        input.host().figure("bodies stepped", near as f64);
+        if input.wants_debug() {
+            let mut lines = Vec::new();
+            for (number, own) in shoal.fish().iter().enumerate() {
+                let springs = shoal.kinds()[own.kind as usize].plan.body().springs().len();
+                if lines.len() + springs > MOST_LINES {
+                    break;
+                }
+                shoal.lines(number, &mut lines);
+            }
+            output.emit(&lines)?;
+        }
+        if input.wants_trace() {
+            let nodes = self.node_count();
+            self.trace(output.reserve::<abi::Trace>(nodes)?);
+            output.commit::<abi::Trace>(nodes)?;
+        }
+        Ok(Status::Ok)
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        self.shoal.save().write(state);
+    }
+
+    fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
+        let problem = |problem: String| StateError::Refused(format!("the saved state {problem}"));
+        self.shoal.load(&State::read(state)?).map_err(problem)
+    }
+}

@@ -1,0 +1,149 @@
+//! From a configuration to fish where they begin. What there is depends on the seed and the table alone.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use glam::DVec3;
+use reef_flow::random::{Random, mix};
+use reef_sdk::{ConfigError, SceneInfo, ranges};
+
+use crate::{
+    breed::Breed,
+    config::{Config, Group, MOST_FISH},
+    shoal::{Habitat, Kind, Shoal, Start},
+    species::Species,
+};
+
+/// Share of a box along each side in which no fish begins.
+const MARGIN: f64 = 0.1;
+/// Steps of a sequence that fills a box evenly: powers of the root of x⁴ = x + 1 (M. Roberts 2018).
+const EVEN: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
+
+/// What stands in a configuration.
+#[derive(Debug)]
+pub struct Stock {
+    /// Species, in the order of their names.
+    pub breeds: Vec<(String, Arc<Breed>)>,
+    /// All fish where they begin.
+    pub shoal: Shoal,
+}
+
+impl Stock {
+    /// Reads the species and places the fish.
+    ///
+    /// # Errors
+    /// A number out of its range, a species that is unknown or wrong, a box without room, too many fish: with
+    /// the place.
+    pub fn new(scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
+        ranges::check(config)?;
+        let mut breeds: BTreeMap<String, Arc<Breed>> = BTreeMap::new();
+        let mut count = 0;
+        for (i, group) in config.groups.iter().enumerate() {
+            check(group, &format!("groups[{i}]"))?;
+            count += u64::from(group.count);
+            if count > MOST_FISH {
+                let problem = format!("brings the scene to {count} fish; the limit is {MOST_FISH}");
+                return Err(ConfigError::new(format!("groups[{i}].count"), problem));
+            }
+            if !breeds.contains_key(&group.species) {
+                let breed = read(scene, &group.species, &format!("groups[{i}].species"))?;
+                breeds.insert(group.species.clone(), breed);
+            }
+        }
+        let breeds: Vec<(String, Arc<Breed>)> = breeds.into_iter().collect();
+        let number = |name: &str| breeds.iter().position(|(known, _)| known == name);
+        let kind = |(_, breed): &(String, Arc<Breed>)| {
+            let mind = breed.species().mind.clone();
+            // A species that is not here is nobody's prey.
+            let prey = mind.prey.iter().filter_map(|name| number(name)).map(|prey| prey as u32).collect();
+            Kind {
+                plan: breed.plan().clone(),
+                gait: breed.gait().clone(),
+                carries: breed.species().carries.clone(),
+                mind,
+                prey,
+            }
+        };
+        let kinds = breeds.iter().map(kind).collect();
+        let habitats = config.groups.iter().map(habitat).collect();
+        let mut starts = Vec::with_capacity(count as usize);
+        for (i, group) in config.groups.iter().enumerate() {
+            let Some(kind) = number(&group.species) else { continue };
+            let seed = mix(group.seed.map_or(scene.seed, u64::from) ^ mix(i as u64));
+            let variation = breeds[kind].1.species().variation;
+            place(group, [kind as u32, i as u32], seed, variation, &mut starts);
+        }
+        let shoal =
+            Shoal::new(kinds, habitats, &starts).map_err(|problem| ConfigError::new("groups", problem))?;
+        Ok(Self { breeds, shoal })
+    }
+}
+
+fn habitat(group: &Group) -> Habitat {
+    Habitat { low: group.low.into(), high: group.high.into() }
+}
+
+fn check(group: &Group, path: &str) -> Result<(), ConfigError> {
+    let refuse = |key: &str, problem: String| Err(ConfigError::new(format!("{path}.{key}"), problem));
+    let Habitat { low, high } = habitat(group);
+    if !low.cmplt(high).all() {
+        let problem = format!("must be above `low`, {:?}, along x, y and z; is {:?}", group.low, group.high);
+        return refuse("high", problem);
+    }
+    let [least, most] = group.scale;
+    if least > most {
+        return refuse("scale", format!("the least, {least}, is above the greatest, {most}"));
+    }
+    if let Some(position) = group.position {
+        let at = DVec3::from(position);
+        if !(low.cmplt(at).all() && at.cmplt(high).all()) {
+            let problem = format!("must lie between `low` and `high`, is {position:?}");
+            return refuse("position", problem);
+        }
+    }
+    Ok(())
+}
+
+/// The fish of a group, of a kind, in a habitat.
+fn place(group: &Group, [kind, number]: [u32; 2], seed: u64, variation: f64, starts: &mut Vec<Start>) {
+    let Habitat { low, high } = habitat(group);
+    let mut first = Random::new(seed, 0);
+    let shift = [(); 3].map(|()| first.unit());
+    for i in 0..group.count {
+        let mut random = Random::new(seed, u64::from(i) + 1);
+        let share: [f64; 3] = core::array::from_fn(|axis| (shift[axis] + EVEN[axis] * f64::from(i)).fract());
+        let share = DVec3::from(share);
+        let inner = (high - low) * MARGIN;
+        let position = match group.position {
+            None => low + inner + (high - low - 2.0 * inner) * share,
+            Some(at) => {
+                // Into the ball: what lies outside of it comes nearer.
+                let off = 2.0 * share - 1.0;
+                let off = off / off.length().max(1.0) * group.around;
+                (DVec3::from(at) + off).max(low.lerp(high, 1e-3)).min(high.lerp(low, 1e-3))
+            }
+        };
+        let turn = 360.0 * random.unit();
+        let size = random.between(group.scale[0], group.scale[1]) * (1.0 + variation * random.signed());
+        let homes = &group.homes;
+        let home = homes.get(i as usize % homes.len().max(1)).map(|home| DVec3::from(*home));
+        starts.push(Start {
+            kind,
+            position,
+            heading: group.heading.unwrap_or(turn).to_radians(),
+            size,
+            habitat: number,
+            home,
+            seed: random.bits(),
+        });
+    }
+}
+
+fn read(scene: &SceneInfo, name: &str, path: &str) -> Result<Arc<Breed>, ConfigError> {
+    // Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
+    let species: Species = scene
+        .species(name)
+        .map_err(|error| if error.path.is_empty() { ConfigError::new(path, error.message) } else { error })?;
+    let at = |key: &str, problem: String| ConfigError::new(format!("species.{name}.{key}"), problem);
+    species.check(name).map_err(|error| at(&error.key, error.problem))?;
+    Breed::of(&species).map_err(|error| at(&error.key, error.problem))
+}
