@@ -1,6 +1,9 @@
 //! What there is to be seen in a scene, thing by thing, and how each is taken out.
 
-use std::{collections::HashSet, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use reef_render::{Settings, markers::Markers};
 use reef_report::failure::Failure;
@@ -197,15 +200,27 @@ fn objects_with(
     Ok(objects(&make(scene)?, 0))
 }
 
-/// The ids in the whole scene of what a longer list adds: a module makes its objects in the order of its
-/// lists. None: it does not.
+/// The ids in the whole scene of what a longer list adds: things begin in the same places, however many
+/// others there are. None: they do not.
 fn added(before: &Listed, after: &Listed, whole: &Listed) -> Option<HashSet<u64>> {
-    let more = after.len().checked_sub(before.len())?;
-    let same = |a: &Listed, b: &Listed| a.iter().zip(b).take_while(|(a, b)| a.1 == b.1).count();
-    let first = same(before, after).min(before.len());
-    let added = whole.get(first..first + more)?;
-    let told = added.iter().zip(&after[first..]).all(|(a, b)| a.1 == b.1);
-    told.then(|| added.iter().map(|(id, _)| *id).collect())
+    let place = |origin: &[f64; 3]| origin.map(f64::to_bits);
+    let mut known: HashMap<[u64; 3], usize> = HashMap::new();
+    for (_, origin) in before {
+        *known.entry(place(origin)).or_default() += 1;
+    }
+    let mut ids = HashSet::new();
+    let mut seen: HashMap<[u64; 3], usize> = HashMap::new();
+    for (_, origin) in after {
+        let place = place(origin);
+        let number = seen.entry(place).or_default();
+        *number += 1;
+        // Of those in one place, the first were there before.
+        if *number > known.get(&place).copied().unwrap_or(0) {
+            let mut there = whole.iter().filter(|(_, at)| at.map(f64::to_bits) == place);
+            ids.insert(there.nth(*number - 1)?.0);
+        }
+    }
+    (ids.len() + before.len() == after.len()).then_some(ids)
 }
 
 #[cfg(test)]
@@ -226,6 +241,9 @@ mod tests {
         assert_eq!(ids, Some(HashSet::from([2])));
         let boxes = listed(&[4.0, 4.0]);
         assert_eq!(added(&listed(&[4.0]), &boxes, &boxes), Some(HashSet::from([2])), "in the same place");
+        let sorted = listed(&[3.0, 1.0, 2.0]);
+        let ids = added(&listed(&[1.0]), &listed(&[3.0, 1.0]), &sorted);
+        assert_eq!(ids, Some(HashSet::from([1])), "in another order");
         let moved = listed(&[1.0, 7.0, 8.0, 9.0]);
         assert_eq!(added(&listed(&[1.0, 8.0, 9.0]), &moved, &whole), None, "others are where they were");
     }
