@@ -13,7 +13,7 @@ pub struct Material {
     pub long: f64,
     /// ζ: damping along each spring [N·s/m].
     pub damping: f64,
-    /// μ: what a square metre of skin exerts on water that it meets at 1 m/s [kg/(m²·s)].
+    /// μ: what a square metre of skin exerts on water that it meets at 1 m/s [N·s/m³].
     pub water: f64,
     /// Of the whole fish [kg], shared evenly by its nodes.
     pub mass: f64,

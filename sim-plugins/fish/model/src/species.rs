@@ -84,7 +84,7 @@ pub struct Stuff {
     #[schemars(range(min = 0.0, max = 1e9), extend("x-unit" = "N·s/m"))]
     pub damping: f64,
     /// What a square metre of skin exerts on water that it meets at 1 m/s: all that drives it.
-    #[schemars(range(min = 0.0, max = 1e6), extend("x-unit" = "kg/(m²·s)"))]
+    #[schemars(range(min = 0.0, max = 1e6), extend("x-unit" = "N·s/m³"))]
     pub water: f64,
     /// Mass of the whole fish.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "x-unit" = "kg"))]
