@@ -12,6 +12,8 @@ pub struct Own {
     pub library: &'static str,
     /// A module's table that gives it something to do, as JSON; None: it has something to do without.
     pub config: Option<&'static str>,
+    /// Checks that find in it nothing of the kind that they look at.
+    pub lacks: &'static [&'static str],
     /// Where the keys, species' keys and parameters are whose numbers have no unit: counts, shares, factors,
     /// seeds. All other numbers name one, and follow a scene's `scale` by it.
     pub pure: &'static [&'static str],
@@ -46,6 +48,7 @@ pub const OWN: &[Own] = &[
                 "fibres": [{"position": [0.0, -4.0, 1.0], "count": [3, 2], "spacing": 0.1}]
             }"#,
         ),
+        lacks: &[],
         pure: &[
             "anemones.scale",
             "anemones.seed",
@@ -108,6 +111,7 @@ pub const OWN: &[Own] = &[
                 {"species": "clownfish", "low": [-1.0, -4.0, -1.0], "high": [1.0, -2.0, 1.0], "homes": [[0.0, -3.5, 0.0]]}
             ]}"#,
         ),
+        lacks: &["param-whole"],
         pure: &[
             "groups.count",
             "groups.scale",
@@ -171,6 +175,7 @@ pub const OWN: &[Own] = &[
                 {"kind": "sand", "low": [-1.0, -5.0, -1.0], "high": [1.0, -4.0, 1.0], "concentration": 50.0}
             ]}"#,
         ),
+        lacks: &[],
         pure: &[
             "boxes.count",
             "boxes.grid",
@@ -193,6 +198,7 @@ pub const OWN: &[Own] = &[
                 "beds": [{"species": ["zostera", "plocamium"], "density": 6.0, "size": [3.0, 2.0]}]
             }"#,
         ),
+        lacks: &[],
         pure: &[
             "beds.scale",
             "beds.seed",
@@ -229,6 +235,7 @@ pub const OWN: &[Own] = &[
         package: "reef-example-rust",
         library: "reef_example_rust",
         config: None,
+        lacks: &[],
         pure: &["params.count", "params.stiffness"],
     },
 ];
