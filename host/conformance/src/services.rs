@@ -90,7 +90,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check {
         name: "services-meshes",
         about: "There are never more meshes than the host keeps.",
-        rule: Guide("At most 256 meshes of 2^22 vertices in all for an instance"),
+        rule: Guide("At most 256 meshes of 2^22 vertices and 2^24 indices in all for an instance"),
         needs: FULL,
         of: Of::Plugin,
         run: mesh_few,
