@@ -393,7 +393,7 @@ fn what_a_forged_state_says_is_looked_at_before_modules_hear_it() {
             forged(&good, put(flow(16), &f64::NAN.to_le_bytes())),
             "crowd: stream flow, element 1: position is NaN",
         ),
-        (forged(&good, put(flow(8), &77_u32.to_le_bytes())), "crowd: stream flow, element 1: kind is 77"),
+        (forged(&good, put(flow(12), &7_u32.to_le_bytes())), "crowd: stream flow, element 1: flags is 0x7"),
         (
             forged(&good, put(actors + 16, &1e9_f64.to_le_bytes())),
             "stream actor, element 0: position is 1000000000",
