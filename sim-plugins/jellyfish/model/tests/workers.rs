@@ -1,46 +1,16 @@
 //! One worker or many: the same bytes.
 
-use std::{
-    ffi::c_void,
-    sync::atomic::{AtomicU32, Ordering},
-};
-
 use glam::DVec3;
 use reef_flow::Level;
 use reef_jellyfish_model::{
     bloom::{Birth, Bloom, BloomState, Surroundings},
     species::Species,
 };
+use reef_model_tests::threads::with_workers;
 use reef_sdk::{
     Workers,
-    abi::{self, DrawVertex, Flow},
+    abi::{DrawVertex, Flow},
 };
-
-/// The most workers of the test.
-const WORKERS: u32 = 4;
-
-/// Jobs on threads that take what is next: who runs what differs from call to call.
-unsafe extern "C" fn parallel_for(_: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
-    let Some(job) = job else { return abi::ERROR };
-    let next = AtomicU32::new(0);
-    let user = user.expose_provenance();
-    std::thread::scope(|scope| {
-        for worker in 0..WORKERS {
-            let next = &next;
-            scope.spawn(move || {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= count {
-                        break;
-                    }
-                    // SAFETY: each index once, each thread its own worker; `user` is what came with the job.
-                    unsafe { job(std::ptr::with_exposed_provenance_mut(user), index, worker) };
-                }
-            });
-        }
-    });
-    abi::OK
-}
 
 fn run(workers: Workers<'_>) -> (BloomState, Vec<Flow>, Vec<DrawVertex>) {
     let mut species = Species::default();
@@ -75,16 +45,8 @@ fn run(workers: Workers<'_>) -> (BloomState, Vec<Flow>, Vec<DrawVertex>) {
 
 #[test]
 fn one_worker_or_four_give_the_same_bytes() {
-    // SAFETY: a host of zeros is one without services.
-    let mut host: abi::Host = unsafe { std::mem::zeroed() };
-    host.worker_count = WORKERS;
-    host.parallel_for = Some(parallel_for);
-    // SAFETY: `parallel_for` above keeps the contract: every index once, and concurrent jobs by different
-    // workers.
-    let many = unsafe { Workers::of_host(&host) };
-    assert_eq!(many.count(), 4);
     let one = run(Workers::inline());
     for _ in 0..2 {
-        assert!(run(many) == one);
+        assert!(with_workers(4, run) == one);
     }
 }

@@ -2,45 +2,15 @@
 
 mod common;
 
-use std::{
-    ffi::c_void,
-    sync::atomic::{AtomicU32, Ordering},
-};
-
 use common::*;
 use glam::DVec3;
 use reef_flow::Level;
+use reef_model_tests::threads::with_workers;
 use reef_sdk::{Workers, abi};
 use reef_seaweed_model::{
     bed::{Bed, JointPose, Plant, State, Surroundings},
     levels::Levels,
 };
-
-/// The most workers of the test.
-const WORKERS: u32 = 4;
-
-/// Jobs on threads that take what is next: who runs what differs from call to call.
-unsafe extern "C" fn parallel_for(_: *mut c_void, count: u32, job: abi::Job, user: *mut c_void) -> i32 {
-    let Some(job) = job else { return abi::ERROR };
-    let next = AtomicU32::new(0);
-    let user = user.expose_provenance();
-    std::thread::scope(|scope| {
-        for worker in 0..WORKERS {
-            let next = &next;
-            scope.spawn(move || {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= count {
-                        break;
-                    }
-                    // SAFETY: each index once, each thread its own worker; `user` is what came with the job.
-                    unsafe { job(std::ptr::with_exposed_provenance_mut(user), index, worker) };
-                }
-            });
-        }
-    });
-    abi::OK
-}
 
 fn run(workers: Workers<'_>) -> (State, Vec<JointPose>, Vec<abi::Flow>) {
     let plants = (0..150)
@@ -64,16 +34,8 @@ fn run(workers: Workers<'_>) -> (State, Vec<JointPose>, Vec<abi::Flow>) {
 
 #[test]
 fn one_worker_or_four_give_the_same_bytes() {
-    // SAFETY: a host of zeros is one without services.
-    let mut host: abi::Host = unsafe { std::mem::zeroed() };
-    host.worker_count = WORKERS;
-    host.parallel_for = Some(parallel_for);
-    // SAFETY: `parallel_for` above keeps the contract: every index once, and concurrent jobs by different
-    // workers.
-    let many = unsafe { Workers::of_host(&host) };
-    assert_eq!(many.count(), 4);
     let one = run(Workers::inline());
     for _ in 0..3 {
-        assert!(run(many) == one);
+        assert!(with_workers(4, run) == one);
     }
 }

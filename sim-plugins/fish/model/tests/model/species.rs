@@ -1,39 +1,20 @@
 //! Species tables, the files in assets, and assets/species/FISH.md, which is made from the code and held to
 //! it here. After a change: REEF_WRITE_TABLE=1 cargo test -p reef-fish-model --test model species
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::fmt::Write as _;
 
 use reef_fish_model::{gait::Gait, species::Species};
+use reef_model_tests::species::{self as tables, parameters};
 use serde_json::{Value, json};
-
-/// The folder of species.
-fn folder() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../assets/species")
-}
-
-fn table(name: &str) -> Value {
-    let path = folder().join(format!("{name}.toml"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
 
 /// Fish in assets: what has a `body`.
 fn names() -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder())
-        .expect("assets/species")
-        .filter_map(|entry| {
-            let path = entry.expect("readable").path();
-            (path.extension()? == "toml").then(|| path.file_stem()?.to_str().map(str::to_owned))?
-        })
-        .filter(|name| table(name).get("body").is_some())
-        .collect();
-    names.sort();
-    names
+    tables::names(|table| table.get("body").is_some())
 }
 
 /// A species file.
 pub(crate) fn species(name: &str) -> Species {
-    serde_json::from_value(table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    serde_json::from_value(tables::table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 #[test]
@@ -63,7 +44,7 @@ fn all_species_in_assets_swim_forward_turn_and_know_their_prey() {
 #[test]
 fn what_no_species_can_be_is_refused_by_its_key() {
     let refused = |change: &dyn Fn(&mut Value)| {
-        let mut table = table("clownfish");
+        let mut table = tables::table("clownfish");
         change(&mut table);
         let species: Species = serde_json::from_value(table).expect("of the right types");
         species.check("clownfish").expect_err("refused").to_string()
@@ -85,7 +66,7 @@ fn what_no_species_can_be_is_refused_by_its_key() {
     assert_eq!(text, "mind.prey[1]: `clownfish` must not hunt itself");
     let text = refused(&|table| table["swim"]["fastest"] = json!(1000.0));
     assert_eq!(text, "swim.fastest: must be at most 30, is 1000");
-    let mut unknown = table("clownfish");
+    let mut unknown = tables::table("clownfish");
     unknown["mind"]["fear"] = json!(1.0);
     let error = serde_json::from_value::<Species>(unknown).expect_err("refused").to_string();
     assert!(error.contains("unknown field `fear`"), "{error}");
@@ -100,56 +81,6 @@ fn a_species_that_does_not_swim_is_refused() {
     assert!(error.starts_with("swim: it swims 0.0000 lengths a second at its best"), "{error}");
 }
 
-/// One parameter of a species, as its schema describes it.
-struct Parameter {
-    key: String,
-    unit: String,
-    range: String,
-    default: String,
-    effect: String,
-}
-
-fn text(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Null => "–".to_owned(),
-        Value::Array(items) => items.iter().map(text).collect::<Vec<_>>().join(" "),
-        other => {
-            let text = other.to_string();
-            text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
-        }
-    }
-}
-
-fn collect(path: &str, schema: &Value, default: &Value, found: &mut Vec<Parameter>) {
-    for (key, inner) in schema["properties"].as_object().into_iter().flatten() {
-        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-        let default = &default[key];
-        if inner["properties"].is_object() {
-            collect(&path, inner, default, found);
-            continue;
-        }
-        let numbers = if inner["items"].is_object() { &inner["items"] } else { inner };
-        let bound = |name: &str| numbers.get(name).map(text);
-        let range = match (bound("minimum"), bound("exclusiveMinimum"), bound("maximum")) {
-            (Some(least), _, Some(most)) => format!("{least} … {most}"),
-            (_, Some(least), Some(most)) => format!("above {least} … {most}"),
-            _ => String::new(),
-        };
-        let said = |name: &str| inner.get(name).map(text).unwrap_or_default();
-        let (unit, effect) = (said("x-unit"), said("description").replace('\n', " "));
-        found.push(Parameter { key: path, unit, range, default: text(default), effect });
-    }
-}
-
-fn parameters() -> Vec<Parameter> {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Species>().to_value();
-    let mut found = Vec::new();
-    collect("", &schema, &serde_json::to_value(Species::default()).expect("plain data"), &mut found);
-    found
-}
-
 fn page() -> String {
     let mut out = String::from(
         "# Fish\n\n\
@@ -157,25 +88,14 @@ fn page() -> String {
          takes all else from another species. Lengths are metres at a size of 1, whatever a scene counts in; individuals differ by\n\
          `variation`.\n\n\
          Both tables are made from the code (`sim-plugins/fish/model/src/species.rs`) and from the files, and a test keeps them so.\n\n\
-         ## Parameters\n\n\
-         | parameter | unit | range | default | what it does |\n|---|---|---|---|---|\n",
+         ## Parameters\n\n",
     );
-    let parameters = parameters();
-    for p in &parameters {
-        writeln!(out, "| `{}` | {} | {} | {} | {} |", p.key, p.unit, p.range, p.default, p.effect)
-            .expect("a string");
-    }
+    let parameters = parameters::<Species>();
+    out.push_str(&tables::parameter_rows(&parameters, "what it does"));
     let names = names();
     out.push_str("\n## Species\n\nOne column a species, all values with what the defaults fill in.\n\n");
-    writeln!(out, "| parameter | {} |\n|---|{}", names.join(" | "), "---|".repeat(names.len()))
-        .expect("a string");
-    let all: Vec<Value> =
-        names.iter().map(|name| serde_json::to_value(species(name)).expect("plain data")).collect();
-    for p in parameters.iter().filter(|p| p.key != "title") {
-        let lookup = |value: &Value| text(p.key.split('.').fold(value, |value, key| &value[key]));
-        let row: Vec<String> = all.iter().map(lookup).collect();
-        writeln!(out, "| `{}` | {} |", p.key, row.join(" | ")).expect("a string");
-    }
+    let filled = |name: &String| (name.clone(), serde_json::to_value(species(name)).expect("plain data"));
+    out.push_str(&tables::species_columns(&parameters, &names.iter().map(filled).collect::<Vec<_>>()));
     let sections = |name: &String| species(name).body.lengths.len().to_string();
     writeln!(out, "| sections | {} |", names.iter().map(sections).collect::<Vec<_>>().join(" | "))
         .expect("a string");
@@ -184,7 +104,7 @@ fn page() -> String {
 
 #[test]
 fn every_key_says_what_it_does_in_which_range() {
-    for p in parameters() {
+    for p in parameters::<Species>() {
         assert!(!p.effect.is_empty(), "{}", p.key);
         let number = p.default.parse::<f64>().is_ok();
         assert!(!number || !p.range.is_empty(), "{} has no range", p.key);
@@ -193,10 +113,5 @@ fn every_key_says_what_it_does_in_which_range() {
 
 #[test]
 fn the_page_of_fish_is_up_to_date() {
-    let path = folder().join("FISH.md");
-    if std::env::var_os("REEF_WRITE_TABLE").is_some() {
-        std::fs::write(&path, page()).expect("writable");
-    }
-    let written = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(written == page(), "REEF_WRITE_TABLE=1 cargo test -p reef-fish-model --test model species");
+    tables::hold("FISH.md", &page(), "cargo test -p reef-fish-model --test model species");
 }

@@ -1,10 +1,11 @@
 //! assets/species/SEAWEEDS.md is made from the code and held to it here.
 //! After a change: REEF_WRITE_TABLE=1 cargo test -p reef-seaweed-model --test model species_table
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::fmt::Write as _;
 
 use glam::DVec3;
 use reef_flow::Level;
+use reef_model_tests::species::{self, parameters};
 use reef_sdk::Workers;
 use reef_seaweed_model::{
     bed::{Bed, Kind, Plant, Surroundings},
@@ -16,95 +17,19 @@ use serde_json::Value;
 
 use crate::common::*;
 
-/// The folder of species.
-fn folder() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../assets/species")
-}
-
-fn table(name: &str) -> Value {
-    let path = folder().join(format!("{name}.toml"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
-
 /// Seaweeds in assets: what stands on a `stem`.
 pub fn names() -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder())
-        .expect("assets/species")
-        .filter_map(|entry| {
-            let path = entry.expect("readable").path();
-            (path.extension()? == "toml").then(|| path.file_stem()?.to_str().map(str::to_owned))?
-        })
-        .filter(|name| table(name).get("stem").is_some())
-        .collect();
-    names.sort();
-    names
+    species::names(|table| table.get("stem").is_some())
 }
 
 /// A species file as the host hands it over.
 pub fn species_value(name: &str) -> Value {
-    table(name)
+    species::table(name)
 }
 
 /// A species file.
 pub fn species(name: &str) -> Species {
-    serde_json::from_value(table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-}
-
-/// One parameter of a species, as its schema describes it.
-struct Parameter {
-    key: String,
-    unit: String,
-    range: String,
-    default: String,
-    effect: String,
-}
-
-fn text(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Null => "–".to_owned(),
-        other => {
-            let text = other.to_string();
-            text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
-        }
-    }
-}
-
-fn collect(path: &str, schema: &Value, default: &Value, found: &mut Vec<Parameter>) {
-    for (key, inner) in schema["properties"].as_object().into_iter().flatten() {
-        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-        let default = &default[key];
-        if inner["properties"].is_object() {
-            collect(&path, inner, default, found);
-            continue;
-        }
-        let bound = |name: &str| inner.get(name).map(text);
-        let range = match (bound("minimum"), bound("maximum")) {
-            (Some(least), Some(most)) => format!("{least} … {most}"),
-            _ if inner.get("pattern").is_some() => "#RRGGBB".to_owned(),
-            _ => String::new(),
-        };
-        found.push(Parameter {
-            key: path,
-            unit: bound("x-unit").unwrap_or_default(),
-            range,
-            default: text(default),
-            effect: bound("description").unwrap_or_default().replace('\n', " "),
-        });
-    }
-}
-
-fn parameters() -> Vec<Parameter> {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Species>().to_value();
-    let mut found = Vec::new();
-    collect("", &schema, &serde_json::to_value(Species::default()).expect("plain data"), &mut found);
-    found
-}
-
-fn lookup<'a>(value: &'a Value, path: &str) -> &'a Value {
-    path.split('.').fold(value, |value, key| &value[key])
+    serde_json::from_value(species::table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 fn page() -> String {
@@ -115,25 +40,14 @@ fn page() -> String {
          `variation`.\n\n\
          Both tables are made from the code (`sim-plugins/seaweed/model/src/species.rs`) and from the files, and a test keeps\n\
          them so.\n\n\
-         ## Parameters\n\n\
-         | parameter | unit | range | default | what it does to the look |\n|---|---|---|---|---|\n",
+         ## Parameters\n\n",
     );
-    let parameters = parameters();
-    for p in &parameters {
-        writeln!(out, "| `{}` | {} | {} | {} | {} |", p.key, p.unit, p.range, p.default, p.effect)
-            .expect("a string");
-    }
+    let parameters = parameters::<Species>();
+    out.push_str(&species::parameter_rows(&parameters, "what it does to the look"));
     let names = names();
-    let header: Vec<&str> = names.iter().map(String::as_str).collect();
     out.push_str("\n## Species\n\nOne column a species, all values with what the defaults fill in.\n\n");
-    writeln!(out, "| parameter | {} |\n|---|{}", header.join(" | "), "---|".repeat(names.len()))
-        .expect("a string");
-    let all: Vec<Value> =
-        names.iter().map(|name| serde_json::to_value(species(name)).expect("plain data")).collect();
-    for p in parameters.iter().filter(|p| p.key != "title") {
-        let row: Vec<String> = all.iter().map(|species| text(lookup(species, &p.key))).collect();
-        writeln!(out, "| `{}` | {} |", p.key, row.join(" | ")).expect("a string");
-    }
+    let filled = |name: &String| (name.clone(), serde_json::to_value(species(name)).expect("plain data"));
+    out.push_str(&species::species_columns(&parameters, &names.iter().map(filled).collect::<Vec<_>>()));
     let segments: Vec<String> = names.iter().map(|name| grow::segments(&species(name)).to_string()).collect();
     writeln!(out, "| segments in all | {} |", segments.join(" | ")).expect("a string");
     out
@@ -141,18 +55,12 @@ fn page() -> String {
 
 #[test]
 fn the_table_of_seaweeds_is_up_to_date() {
-    let path = folder().join("SEAWEEDS.md");
-    let wanted = page();
-    if std::env::var_os("REEF_WRITE_TABLE").is_some() {
-        std::fs::write(&path, &wanted).expect("assets/species can be written");
-    }
-    let found = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(found == wanted, "{} is out of date; see the top of this test's file", path.display());
+    species::hold("SEAWEEDS.md", &page(), "cargo test -p reef-seaweed-model --test model species_table");
 }
 
 #[test]
 fn every_parameter_says_what_it_does_and_every_number_has_a_range() {
-    let parameters = parameters();
+    let parameters = parameters::<Species>();
     assert!(parameters.len() > 40, "{}", parameters.len());
     for p in &parameters {
         assert!(p.effect.len() > 10, "{} has no description", p.key);
