@@ -11,6 +11,7 @@
  *   Positions  f64 origins, f32 offsets from them: an f32 world position would lose millimetres at 20 m.
  *   Strings    UTF-8. `const char *` alone is NUL-terminated and valid until close(); (pointer, length) pairs are not
  *              NUL-terminated and valid during the call. The receiver copies what it keeps. NULL only where [opt].
+ *   Arrays     The pointer of an array of 0 elements is not read: it may be anything. A count of 0 says that there is none.
  *   Memory     Never crosses: what one side allocated, that side frees. The host owns every output.
  *   Unwinding  No exception, panic or longjmp crosses the boundary in either direction.
  *   Pointers   Everything reachable from a step's input is valid during that step only.
@@ -32,6 +33,10 @@
  *   Constants       A flag, kind, pattern, format or stream of version x.y is used where host->version is x.y or more. Whoever
  *                   reads skips kinds and ignores flags that it does not know; the host says once that it met one. A service
  *                   that does not know what it is asked for answers REEF_UNSUPPORTED, and the step goes on.
+ *   Extensions      What is not proven yet is asked for by name: get_extension(id) of reef_host and of reef_instance gives a table,
+ *                   or NULL where the other side does not have it. Ids begin with `draft/` until the contract takes what they
+ *                   name up as fields of its own; then the draft stays for one minor version.
+ *   Retired         What is to go is named here with the version from which on it is gone, one minor version before.
  *   Flags           Bits 0 to 7 mean the same in every `flags`; those of one struct alone begin at bit 8 (256).
  *   While the major version is 0, REEF_HEADER_HASH must match, too: any difference is refused by name.
  *
@@ -54,7 +59,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0xb1a85e0b95449b68ull
+#define REEF_HEADER_HASH 0xbc43015b0c7929c5ull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)
@@ -71,12 +76,16 @@ extern "C" {
   ((table)->size >= (uint32_t)((const char *)&(table)->field - (const char *)(table)) + (uint32_t)sizeof((table)->field))
 
 /* ------------------------------------------------------------------------------------------------ status values
- * Each says in what state the instance is left. Every failure carries a message: call reef_host.set_error first. */
+ * Each says in what state the instance is left. Every failure carries a message: call reef_host.set_error first.
+ * Whose fault a failed step is: ERROR, UNSUPPORTED, NO_SPACE, BAD_STATE and BAD_INPUT stop this instance, until reset() or
+ * load_state(); FATAL, any other number, and outputs that break a rule are the library's, which the host rolls back. */
 #define REEF_OK 0           /* done; the outputs count */
-#define REEF_SLEEP 1        /* nothing changed since the last step: the last outputs stay, flow and actors included */
-#define REEF_DISCARD 2      /* this step is refused, the state is untouched; the last good outputs stay */
+#define REEF_SLEEP 1        /* nothing changed since the last step: the last outputs stay, flow and actors included. After create(),
+                               reset() and load_state() there are none yet: the first step emits */
+#define REEF_DISCARD 2      /* this step is refused, the state is untouched; the last good outputs stay. Its events are not given again:
+                               a parameter whose event was in it keeps its value from before */
 #define REEF_ERROR -1       /* the instance needs reset() or load_state() */
-#define REEF_FATAL -2       /* the library is at fault: the host rolls it back (a caught panic, say) */
+#define REEF_FATAL -2       /* the library is at fault (a caught panic, say) */
 #define REEF_UNSUPPORTED -3 /* not known to this host, or not taken by it; nothing came of the call, and the step goes on */
 #define REEF_BAD_STATE -4 /* load_state: not readable; the instance is untouched */
 #define REEF_NO_SPACE -5  /* a limit of the host is reached; the message names it */
@@ -95,10 +104,10 @@ extern "C" {
 
 /* ------------------------------------------------------------------------------------------------------ streams
  * What a step emits. reserve() memory in a stream, write elements, commit() how many count. A stream that is not
- * committed in a step that returned REEF_OK is empty in that step; a *retained* stream keeps its last commit.
+ * committed in a step that returned REEF_OK is empty in that step, whichever it is.
  * Elements refer to others by index into the same step's streams of the same instance. */
 #define REEF_STREAM_OBJECT 1u      /* reef_object: one anemone, plant, fish, box; what everything below belongs to */
-#define REEF_STREAM_MATERIAL 2u    /* reef_material, retained */
+#define REEF_STREAM_MATERIAL 2u    /* reef_material: how surfaces look */
 #define REEF_STREAM_FIBRE 3u       /* reef_fibre: a node chain with radii */
 #define REEF_STREAM_FIBRE_NODE 4u  /* reef_fibre_node */
 #define REEF_STREAM_SKINNED 5u     /* reef_skinned: a mesh uploaded once, moved by joints */
@@ -115,12 +124,16 @@ extern "C" {
 /* Common bits of all flags (0 to 7): do not blend with the step before (it jumped or wrapped). */
 #define REEF_FLAG_NO_BLEND 1u
 
-/* One thing in the sea. The renderer matches objects of two steps by id. 64 bytes. */
+/* One thing in the sea. The renderer matches objects of two steps by id. 64 bytes.
+ * Ids are 1 to REEF_GREATEST_ID. To other modules an object has that id with the tag of its module in the 16 bits above, which follows
+ * from the module's name in the scene: so it may be kept over steps and saves. Ids of strangers go where `parent` is, and nowhere else. */
+#define REEF_GREATEST_ID 0xffffffffffffull
 typedef struct reef_object {
-  uint64_t id;             /* stable over steps, reloads and saves; unique within the instance; not 0 */
-  uint64_t parent;         /* id of the object that it rides on, 0: none */
+  uint64_t id;             /* stable over steps, reloads and saves; unique within the instance */
+  uint64_t parent;         /* id of the object that it rides on, 0: none; the checker alone reads it */
   double origin[3];        /* [m] world position that the elements' f32 positions are relative to */
-  float bounds_center[3];  /* [m] bounding sphere, relative to origin */
+  float bounds_center[3];  /* [m] bounding sphere, relative to origin: the renderer leaves out what it is not in view, and people
+                              who point at the sea hit it */
   float bounds_radius;     /* [m] >= 0 */
   uint32_t flags;          /* REEF_FLAG_* */
   uint32_t spare;
@@ -278,8 +291,8 @@ typedef struct reef_flow {
 
 /* What others may perceive. 104 bytes. */
 typedef struct reef_actor {
-  uint64_t id;
-  uint64_t parent;
+  uint64_t id;          /* of an object, or of nothing that is drawn: 1 to REEF_GREATEST_ID for who emits it */
+  uint64_t parent;      /* the object that it belongs to, rides on or lives in, one's own or a stranger's; 0: none */
   double position[3];   /* [m] */
   float velocity[3];    /* [m/s] */
   float radius;         /* [m] */
@@ -359,7 +372,8 @@ typedef struct reef_obstacle {
 
 /* What came from outside in this step, in the journal's order. 64 bytes. */
 #define REEF_EVENT_PARAM 1u /* the parameter `param` is now `value` */
-#define REEF_EVENT_POKE 2u  /* somebody touched the sea at `point`, object: what was hit, or 0 */
+#define REEF_EVENT_POKE 2u  /* somebody touched the sea at `point`, at a speed of `value` [m/s]; object: what was hit, by the id that its
+                               module gave it where that is this one, or 0 */
 typedef struct reef_event {
   uint32_t kind;
   uint32_t param;       /* reef_param.id */
@@ -411,12 +425,13 @@ typedef struct reef_output {
 /* ------------------------------------------------------------------------------------------------- host services */
 typedef void (*reef_job)(void *user, uint32_t index, uint32_t worker);
 
-/* Velocities of the sea at many points (arrays of `count`). 88 bytes. */
+/* Velocities of the sea at many points (arrays of `count`). 96 bytes. */
 typedef struct reef_flow_query {
   const float *x, *y, *z;  /* [m] relative to origin */
   float *vx, *vy, *vz;     /* [m/s] */
   double origin[3];        /* [m] */
   uint64_t owner;          /* leave out what this object emits; 0: nothing */
+  const uint64_t *owners;  /* [opt] a point each, in place of `owner`; best in runs of the same */
   uint32_t count;
   uint32_t spare;
 } reef_flow_query;
@@ -491,10 +506,11 @@ typedef struct reef_host {
   void (*log)(void *ctx, uint32_t level, const char *text, uint64_t length);
   /* The message of the failure that is about to be returned. [any] */
   void (*set_error)(void *ctx, const char *text, uint64_t length);
-  /* Not 0: the watchdog asks this call to return soon. [any] */
+  /* Not 0: the watchdog asks this call to return soon: with REEF_DISCARD where the state is as it was before the step, else with
+   * REEF_ERROR. What comes too late is the library's fault. [any] */
   uint32_t (*should_stop)(void *ctx);
   /* Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A call from a
-   * job runs inline. Which worker runs what is not defined: write only what belongs to i. [step] [job] */
+   * job runs inline. Which worker runs what is not defined: write only what belongs to i. [control] [step] [job] */
   int32_t (*parallel_for)(void *ctx, uint32_t count, reef_job job, void *user);
   /* Memory until the end of this step; align: a power of two up to 4096. [step] */
   int32_t (*scratch)(void *ctx, uint64_t bytes, uint64_t align, void **out);
@@ -512,7 +528,26 @@ typedef struct reef_host {
   /* A figure for people who look at the module in the panel: what a step saved, how many things are awake. The last value of
    * each name is shown; at most 32 names of at most 64 bytes, what is beyond is not. [any] */
   void (*figure)(void *ctx, const char *name, uint64_t length, double value);
+  /* A file of the module's own assets: `name` is its path, with `/`, within the folder that is named like the plugin's id, among the
+   * host's assets in `modules/` or beside the library. The bytes stay until this call of the plugin returned. Where a file that was
+   * read changes later, the host makes the instance anew, as after an edit of its table in the scene. REEF_BAD_INPUT: there is none,
+   * or the name leads out of the folder; REEF_NO_SPACE: more than 64 MiB in a call. Not in open(). [control] */
+  int32_t (*asset_read)(void *ctx, const char *name, uint64_t length, const void **out_bytes, uint64_t *out_length);
+  /* The table of an extension, which lives as long as this one; NULL: the host does not have it. [any] */
+  const void *(*get_extension)(void *ctx, const char *id);
 } reef_host;
+
+/* What one instance may have at most, of get_extension(REEF_EXTENSION_LIMITS). */
+#define REEF_EXTENSION_LIMITS "draft/limits"
+typedef struct reef_limits {
+  uint32_t size;
+  uint32_t stream_count;   /* streams that the host knows; those from there on it does not take */
+  const uint64_t *streams; /* by a stream's number: most elements in a step; 0: the host does not take it */
+  uint64_t state_bytes;    /* most of a saved state */
+  uint64_t scratch_bytes;  /* most that scratch lends in a step, all together */
+  uint32_t textures;       /* most at a time */
+  uint32_t meshes;         /* most at a time */
+} reef_limits;
 
 /* ------------------------------------------------------------------------------------------------------- plugins */
 #define REEF_PARAM_FLOAT 1u
@@ -538,20 +573,25 @@ typedef struct reef_param {
 } reef_param;
 
 /* Where save_state writes and load_state reads. The host wraps the bytes in an envelope of plugin id, state version,
- * length and hash; the payload is tagged fields, little-endian, without pointers. */
+ * length and hash. The payload is the plugin's own, little-endian and without pointers; reef_state.h writes and reads tagged fields,
+ * to which a later version may add. */
 typedef struct reef_writer {
   uint32_t size;
   uint32_t spare;
   void *ctx;
   int32_t (*write)(void *ctx, const void *bytes, uint64_t length);
+  /* So many bytes are still to come, as far as is known: room for them is made at once. Need not be called. */
+  int32_t (*expect)(void *ctx, uint64_t length);
 } reef_writer;
 
 typedef struct reef_reader {
   uint32_t size;
   uint32_t state_version; /* of the library that wrote the bytes */
   void *ctx;
-  /* Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the end. */
-  uint64_t (*read)(void *ctx, void *bytes, uint64_t length);
+  /* Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the end. -1: it cannot read, and
+   * load_state returns REEF_BAD_STATE. */
+  int64_t (*read)(void *ctx, void *bytes, uint64_t length);
+  uint64_t length;        /* of the whole payload */
 } reef_reader;
 
 /* Filled by create(), up to the size that the host put there. */
@@ -572,6 +612,8 @@ typedef struct reef_instance {
   int32_t (*load_state)(void *ctx, const reef_reader *reader);
   /* The parameter's present value. Parameters change through the step's events only. [control] */
   int32_t (*get_param)(void *ctx, uint32_t id, double *out_value);
+  /* [opt] The table of an extension, which lives as long as the instance; NULL: it does not have it. [control] */
+  const void *(*get_extension)(void *ctx, const char *id);
 } reef_instance;
 
 typedef struct reef_descriptor {
@@ -648,16 +690,17 @@ REEF_ASSERT_LAYOUT(reef_obstacle, 48, 8);
 REEF_ASSERT_LAYOUT(reef_event, 64, 8);
 REEF_ASSERT_LAYOUT(reef_step, 128, 8);
 REEF_ASSERT_LAYOUT(reef_output, 32, 8);
-REEF_ASSERT_LAYOUT(reef_flow_query, 88, 8);
+REEF_ASSERT_LAYOUT(reef_flow_query, 96, 8);
 REEF_ASSERT_LAYOUT(reef_mesh_vertex, 40, 4);
 REEF_ASSERT_LAYOUT(reef_mesh_level, 32, 4);
 REEF_ASSERT_LAYOUT(reef_mesh, 88, 8);
 REEF_ASSERT_LAYOUT(reef_texture, 40, 8);
-REEF_ASSERT_LAYOUT(reef_host, 112, 8);
+REEF_ASSERT_LAYOUT(reef_host, 128, 8);
+REEF_ASSERT_LAYOUT(reef_limits, 40, 8);
 REEF_ASSERT_LAYOUT(reef_param, 104, 8);
-REEF_ASSERT_LAYOUT(reef_writer, 24, 8);
-REEF_ASSERT_LAYOUT(reef_reader, 24, 8);
-REEF_ASSERT_LAYOUT(reef_instance, 64, 8);
+REEF_ASSERT_LAYOUT(reef_writer, 32, 8);
+REEF_ASSERT_LAYOUT(reef_reader, 32, 8);
+REEF_ASSERT_LAYOUT(reef_instance, 72, 8);
 REEF_ASSERT_LAYOUT(reef_descriptor, 104, 8);
 REEF_ASSERT_LAYOUT(reef_entry, 56, 8);
 #endif /* REEF_NO_ASSERTS */

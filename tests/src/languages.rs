@@ -107,7 +107,9 @@ impl Language {
             fs::create_dir_all(new).expect("a folder for the example");
         }
         let from = workspace().join("sim-plugins");
-        copy(&from.join("abi/reef_sim.h"), &header.join("reef_sim.h"));
+        for file in ["reef_sim.h", "reef_state.h"] {
+            copy(&from.join("abi").join(file), &header.join(file));
+        }
         for file in ["Makefile", self.source] {
             copy(&from.join("examples").join(self.folder).join(file), &folder.join(file));
         }

@@ -1,6 +1,6 @@
 //! Making instances.
 
-use std::mem::size_of;
+use std::{ffi::CStr, mem::size_of};
 
 use reef_abi as abi;
 use reef_plugin::{PluginError, bare::pages::Pages};
@@ -71,7 +71,33 @@ pub(super) const CHECKS: &[Check] = &[
         of: Of::Plugin,
         run: many,
     },
+    Check {
+        name: "create-extensions",
+        about: "An extension that it does not have is NULL.",
+        rule: Header(
+            "[opt] The table of an extension, which lives as long as the instance; NULL: it does not have it.",
+        ),
+        needs: &["create-works"],
+        of: Of::Plugin,
+        run: extensions,
+    },
 ];
+
+/// Ids that nobody gives anything.
+const NOBODYS: [&CStr; 3] = [c"draft/reef.nothing", c"", c"reef.nothing"];
+
+fn extensions(subject: &Subject) -> Outcome {
+    let plugin = subject.load(WORKERS)?;
+    let instance = subject.create(&plugin)?;
+    for id in NOBODYS {
+        let there = instance.has_extension(id)?;
+        must!(there != Some(true), "get_extension({id:?}) gives a table for a name that nobody knows");
+        if there.is_none() {
+            return Ok(Some("it has none".into()));
+        }
+    }
+    Ok(None)
+}
 
 fn works(subject: &Subject) -> Outcome {
     let plugin = subject.load(WORKERS)?;

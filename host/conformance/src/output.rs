@@ -26,7 +26,7 @@ pub(super) const CHECKS: &[Check] = &[
     check(
         "output-ids",
         "Objects keep their ids from step to step.",
-        "stable over steps, reloads and saves; unique within the instance; not 0",
+        "stable over steps, reloads and saves; unique within the instance",
         ids,
     ),
     check(

@@ -32,7 +32,7 @@ pub(super) const FIRST: &[Check] = &[
         "state-twice",
         &["state-saves"],
         "Saving twice gives the same bytes.",
-        Header("the payload is tagged fields, little-endian, without pointers."),
+        Header("The payload is the plugin's own, little-endian and without pointers"),
         twice,
     ),
 ];

@@ -100,7 +100,7 @@ pub(super) const CHECKS: &[Check] = &[
         "step-poke",
         WORKS,
         "A touch is survived.",
-        Header("somebody touched the sea at `point`, object: what was hit, or 0"),
+        Header("somebody touched the sea at `point`, at a speed of `value` [m/s]; object: what was hit"),
         poke,
     ),
     check(

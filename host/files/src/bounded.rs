@@ -55,7 +55,10 @@ pub fn beginning(file: &File, length: u64) -> io::Result<Vec<u8>> {
 
 /// Reads on to the end of a file of at most `most` bytes, of which `bytes` were read.
 pub fn rest(mut file: &File, mut bytes: Vec<u8>, most: u64) -> io::Result<Vec<u8>> {
-    let too_large = |length: u64| io::Error::other(format!("it has {length} bytes; the limit is {most}"));
+    let too_large = |length: u64| {
+        let problem = format!("it has {length} bytes; the limit is {most}");
+        io::Error::new(io::ErrorKind::FileTooLarge, problem)
+    };
     let length = file.metadata()?.len();
     if length > most {
         return Err(too_large(length));

@@ -4,6 +4,7 @@
 
 use std::{
     ffi::c_void,
+    path::Path,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -11,6 +12,7 @@ use std::{
 use reef_abi as abi;
 
 use super::{
+    assets::{Asset, Assets},
     envelope::Envelope,
     error::PluginError,
     generation::Generation,
@@ -29,7 +31,7 @@ use super::{
 };
 
 /// Largest state of one instance [bytes].
-const LARGEST_STATE: usize = 1 << 32;
+pub(super) const LARGEST_STATE: usize = 1 << 32;
 
 /// How a step ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,13 +96,19 @@ unsafe impl Sync for Raw {}
 impl Plugin {
     /// Makes an instance. `config` is the JSON object `{"scene": …, "species": …, "config": …}`.
     pub fn create(&self, config: &str) -> Result<Instance, PluginError> {
-        self.create_with(config, Services::table)
+        self.create_with(config, None, Services::table)
+    }
+
+    /// The same, where the host has a folder of assets.
+    pub fn create_among(&self, config: &str, assets: &Path) -> Result<Instance, PluginError> {
+        self.create_with(config, Some(assets), Services::table)
     }
 
     /// The same, with the table that `table` makes of the instance's services; it must live as long as they.
     pub(super) fn create_with(
         &self,
         config: &str,
+        assets: Option<&Path>,
         table: impl Fn(&Services) -> *const abi::Host + Sync,
     ) -> Result<Instance, PluginError> {
         let id = &self.info().id;
@@ -111,7 +119,8 @@ impl Plugin {
             message,
         };
         let generation = generation(self)?;
-        let services = Services::of_instance(generation, id);
+        let assets = Assets::new(id, assets, self.library().path());
+        let services = Services::of_instance(generation, id, assets);
         let Some(create) = self.descriptor().create else {
             return Err(failed(abi::UNSUPPORTED, "it has no create".into()));
         };
@@ -165,6 +174,7 @@ pub(super) const NO_INSTANCE: abi::Instance = abi::Instance {
     save_state: None,
     load_state: None,
     get_param: None,
+    get_extension: None,
 };
 
 impl Raw {
@@ -238,6 +248,11 @@ impl Instance {
     /// What it shows of itself: names and last values, in the order in which it first did.
     pub fn figures(&self) -> Vec<Figure> {
         self.services.figures()
+    }
+
+    /// The files of its module's own that it has read.
+    pub fn assets(&self) -> Vec<Asset> {
+        self.services.assets()
     }
 
     /// Real time of the last step.
@@ -336,8 +351,7 @@ impl Instance {
             },
             abi::SLEEP => report(StepStatus::Sleep, None),
             abi::DISCARD => report(StepStatus::Discarded, Some(reason())),
-            // Too much output is a fault of the code, as a number that is none is.
-            abi::ERROR | abi::UNSUPPORTED | abi::BAD_INPUT | abi::BAD_STATE => {
+            abi::ERROR | abi::UNSUPPORTED | abi::NO_SPACE | abi::BAD_INPUT | abi::BAD_STATE => {
                 let message = format!("step failed ({}): {}", status_name(status), reason());
                 self.health = Health::Stopped(message.clone());
                 report(StepStatus::Failed, Some(message))
@@ -411,6 +425,7 @@ impl Instance {
                 spare: 0,
                 ctx: sink,
                 write: Some(write),
+                expect: Some(expect),
             };
             // SAFETY: the instance's function on its control thread; the writer and the sink live during the
             // call.
@@ -451,6 +466,7 @@ impl Instance {
                 state_version: envelope.state_version,
                 ctx: source,
                 read: Some(read),
+                length: envelope.payload.len() as u64,
             };
             // SAFETY: the instance's function on its control thread; the reader and the source live during
             // the call.
@@ -531,20 +547,53 @@ impl Tagged for Sink {
     const AT: usize = std::mem::offset_of!(Self, tag);
 }
 
-pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
+impl Sink {
+    /// Whether there is room for so many more bytes; where there is not, this is remembered.
+    fn has_room(&mut self, length: u64) -> bool {
+        let fits =
+            usize::try_from(length).is_ok_and(|length| self.bytes.len().saturating_add(length) <= self.room);
+        self.overflow |= !fits;
+        fits
+    }
+}
+
+/// The sink behind a context, unless it is none.
+///
+/// # Safety
+/// `ctx` is whatever a plugin passed; where it is the context of a save's sink, nobody else uses that.
+unsafe fn sink<'a>(ctx: *mut c_void, service: &'static str) -> Option<&'a mut Sink> {
     guard::require_stack();
     let sink = ctx.cast::<Sink>();
     // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
     if unsafe { !tag::is_ours(sink) } {
-        guard::leave_foreign("write");
-        return abi::BAD_INPUT;
+        guard::leave_foreign(service);
+        return None;
     }
-    // SAFETY: the context of `save`'s sink, which nobody else uses during the call.
-    let sink = unsafe { &mut *sink };
-    let fits =
-        usize::try_from(length).is_ok_and(|length| sink.bytes.len().saturating_add(length) <= sink.room);
-    if !fits {
-        sink.overflow = true;
+    // SAFETY: the mark says that it is the sink of the save that runs.
+    unsafe { sink.as_mut() }
+}
+
+/// Longest room that is made before it is written to [bytes]: what is only announced may never come.
+const MOST_EXPECTED: u64 = 1 << 28;
+
+pub(super) unsafe extern "C" fn expect(ctx: *mut c_void, length: u64) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(sink) = (unsafe { sink(ctx, "expect") }) else { return abi::BAD_INPUT };
+    if !sink.has_room(length) {
+        return abi::NO_SPACE;
+    }
+    let generation = sink.generation;
+    marker::in_service(generation, || {
+        // Without room now there may be some by the time that it is written.
+        let _ = sink.bytes.try_reserve(length.min(MOST_EXPECTED) as usize);
+    });
+    abi::OK
+}
+
+pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(sink) = (unsafe { sink(ctx, "write") }) else { return abi::BAD_INPUT };
+    if !sink.has_room(length) {
         return abi::NO_SPACE;
     }
     if length > 0 && bytes.is_null() {
@@ -561,6 +610,9 @@ pub(super) unsafe extern "C" fn write(ctx: *mut c_void, bytes: *const c_void, le
     abi::OK
 }
 
+/// What [`read`] returns where it cannot read.
+const UNREADABLE: i64 = -1;
+
 /// Where a state is read from.
 pub(super) struct Source<'a> {
     pub(super) rest: &'a [u8],
@@ -573,22 +625,25 @@ impl Tagged for Source<'_> {
     const AT: usize = std::mem::offset_of!(Self, tag);
 }
 
-pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64 {
+pub(super) unsafe extern "C" fn read(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> i64 {
     let source = ctx.cast::<Source<'_>>();
     // SAFETY: a context of ours, or a fault of the plugin's code, by the marker.
     if unsafe { !tag::is_ours(source) } {
         guard::leave_foreign("read");
-        return 0;
+        return UNREADABLE;
     }
     // SAFETY: the context of `load`'s source, which nobody else uses during the call.
     let source = unsafe { &mut *source };
-    if bytes.is_null() {
+    if length == 0 {
         return 0;
+    }
+    if bytes.is_null() {
+        return UNREADABLE;
     }
     let count = source.rest.len().min(usize::try_from(length).unwrap_or(usize::MAX)).min(source.most);
     let (part, rest) = source.rest.split_at(count);
     // SAFETY: the plugin has room for `length` bytes, and `count` is not above that.
     unsafe { std::ptr::copy_nonoverlapping(part.as_ptr(), bytes.cast::<u8>(), count) };
     source.rest = rest;
-    count as u64
+    count as i64
 }

@@ -4,7 +4,8 @@
 //! In the order in which things happen: [`inspect`] reads a file without running it, as an [`image`];
 //! [`library`] opens one of its [`copies`] on the threads of its [`generation`] and runs what it has for its
 //! beginning and its end (`life`); [`info`] takes over what it says of itself; [`instance`] makes and steps
-//! instances, with [`input`] going in, `services` lent meanwhile, and [`streams`] coming out, which
+//! instances, with [`input`] going in, `services` (its own files as `assets`, and `extensions`) lent
+//! meanwhile, and [`streams`] coming out, which
 //! [`streams::check`] has looked at, with the [`textures`] that an instance made; [`envelope`] wraps saved
 //! states. [`registry`] knows all plugins that were found, and all that were refused; [`probe`] tries builds
 //! that nobody knows in another process first.
@@ -17,11 +18,13 @@
 //! `lent`, `frozen`, `life`, `probe`, `instance`, `bare` and the two functions of `recorder` that a plugin
 //! calls.
 
+mod assets;
 #[cfg(target_os = "linux")]
 pub mod bare;
 pub mod copies;
 pub mod envelope;
 mod error;
+mod extensions;
 pub mod frozen;
 pub mod generation;
 pub mod guard;
@@ -46,6 +49,7 @@ mod tag;
 
 use reef_streams::{self as streams, meshes, retained, textures};
 
+pub use assets::Asset;
 pub use error::{PluginError, Refusal};
 pub use guard::{Limits, offer_patience, set_limits};
 pub use health::Health;

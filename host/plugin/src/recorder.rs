@@ -15,7 +15,7 @@ use super::{
     guard, marker,
     meshes::MeshList,
     names::version_text,
-    streams::{Lane, Outputs, Retained, STREAMS, Stream, check},
+    streams::{Lane, Outputs, STREAMS, Stream, check},
     tag::{self, Tag, Tagged},
     textures::TextureList,
 };
@@ -48,8 +48,6 @@ pub(crate) struct Recorder {
     staging: Option<Arc<Outputs>>,
     /// Former ones, the newest last, to be used again when nobody holds them any more.
     spare: Vec<Arc<Outputs>>,
-    /// What of the running step stays until it is committed again.
-    retained: Retained,
     progress: [Progress; abi::STREAM_COUNT as usize],
     /// Why the first refused call of this step was refused.
     message: Option<String>,
@@ -73,7 +71,6 @@ impl Recorder {
             current: Arc::default(),
             staging: None,
             spare: Vec::new(),
-            retained: Retained::default(),
             progress: Default::default(),
             message: None,
             refused: None,
@@ -98,7 +95,6 @@ impl Recorder {
         for outputs in unused.filter_map(Arc::get_mut) {
             STREAMS.iter().filter_map(|stream| outputs.lane(stream.number).map(Lane::soil)).for_each(drop);
         }
-        self.retained.soil();
     }
 
     /// How many elements of a stream the last step committed.
@@ -169,7 +165,6 @@ impl Recorder {
                 lane.truncate(kept.unwrap_or(0) as usize);
             }
         }
-        self.retained.finish(committed, &self.current, staging);
         (staging.textures, staging.meshes) = made;
         staging.trace_kinds = self.trace_kinds;
         self.checker.check(staging, share)?;
@@ -212,7 +207,7 @@ impl Recorder {
         };
         let staging = Self::staging(&mut self.staging)
             .ok_or_else(|| (abi::ERROR, "the host lost its output memory".to_owned()))?;
-        let lane = self.retained.lane(stream).or_else(|| staging.lane(stream)).ok_or_else(missing)?;
+        let lane = staging.lane(stream).ok_or_else(missing)?;
         if element_size as usize != lane.element_size() {
             return Err((
                 abi::BAD_INPUT,
@@ -235,7 +230,7 @@ impl Recorder {
         let (Some(count), Some(staging)) = (reserved, Self::staging(&mut self.staging)) else {
             return Ok(());
         };
-        let lane = self.retained.lane(stream).or_else(|| staging.lane(stream));
+        let lane = staging.lane(stream);
         if lane.is_none_or(|lane| lane.is_fenced(count as usize)) {
             return Ok(());
         }

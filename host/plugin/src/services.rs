@@ -14,6 +14,8 @@ use reef_abi as abi;
 use reef_flow::{Field, Level, Packed, sample};
 
 use super::{
+    assets::{self, Asset, Assets, Unread},
+    extensions,
     generation::Generation,
     guard::{self, Fate},
     input::StepInput,
@@ -69,11 +71,12 @@ pub(crate) struct Services {
     made: Option<Made>,
 }
 
-/// What an instance made.
+/// What an instance made, and read.
 #[derive(Debug, Default)]
 struct Made {
     textures: Mutex<Textures>,
     meshes: Mutex<Meshes>,
+    assets: Mutex<Assets>,
 }
 
 #[derive(Debug, Default)]
@@ -99,8 +102,8 @@ impl Services {
     }
 
     /// Services for an instance of the plugin with this name.
-    pub(crate) fn of_instance(generation: &Generation, plugin: &str) -> Box<Self> {
-        Self::with(generation, plugin, Some(Made::default()))
+    pub(crate) fn of_instance(generation: &Generation, plugin: &str, assets: Assets) -> Box<Self> {
+        Self::with(generation, plugin, Some(Made { assets: assets.into(), ..Made::default() }))
     }
 
     fn with(generation: &Generation, plugin: &str, made: Option<Made>) -> Box<Self> {
@@ -123,6 +126,8 @@ impl Services {
                 texture_create: Some(texture_create),
                 texture_destroy: Some(texture_destroy),
                 figure: Some(figure),
+                asset_read: Some(asset_read),
+                get_extension: Some(get_extension),
             },
             tag: Tag::default(),
             plugin: plugin.to_owned(),
@@ -163,11 +168,14 @@ impl Services {
     /// A call begins: an older call's message is not this one's.
     pub(crate) fn begin_call(&self) {
         self.take_error();
+        if let Some(made) = &self.made {
+            lock(&made.assets).begin_call();
+        }
     }
 
     /// A step begins: its scratch memory and its flow.
     pub(crate) fn begin_step(&self, input: &StepInput<'_>) {
-        self.begin_call();
+        self.take_error();
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).begin_step();
         self.field.write().unwrap_or_else(PoisonError::into_inner).ready = false;
         self.flow_count.store(input.flow.len(), Ordering::Relaxed);
@@ -191,6 +199,11 @@ impl Services {
     /// The meshes that there are now.
     pub(crate) fn meshes(&self) -> MeshList {
         self.made.as_ref().map_or_else(MeshList::default, |made| list(&made.meshes))
+    }
+
+    /// The files that the instance has read.
+    pub(crate) fn assets(&self) -> Vec<Asset> {
+        self.made.as_ref().map_or_else(Vec::new, |made| lock(&made.assets).all())
     }
 
     /// What was refused of the instance's meshes so far.
@@ -280,7 +293,8 @@ impl Services {
         let inputs = [query.x, query.y, query.z];
         let outputs = [query.vx, query.vy, query.vz];
         let unusable = inputs.iter().any(|p| p.is_null() || !p.is_aligned())
-            || outputs.iter().any(|p| p.is_null() || !p.is_aligned());
+            || outputs.iter().any(|p| p.is_null() || !p.is_aligned())
+            || !query.owners.is_aligned();
         if unusable {
             return self.fail(abi::BAD_INPUT, "sample_flow: a pointer is NULL or misaligned".into());
         }
@@ -300,16 +314,21 @@ impl Services {
         }
         let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
         let mut packed = packed.lock().unwrap_or_else(PoisonError::into_inner);
-        packed.fill(stepped.field.flows(), query.origin, query.owner);
-        // SAFETY: six arrays of `count` elements, as the contract says; they are the caller's and live during
-        // the call. The outputs are checked to be non-NULL and aligned; that they do not overlap is the
-        // contract's word.
-        let (points, out) = unsafe {
+        // SAFETY: seven arrays of `count` elements, as the contract says; they are the caller's and live
+        // during the call. The outputs are checked to be non-NULL and aligned; that they do not overlap is
+        // the contract's word.
+        let (points, out, owner) = unsafe {
             let [x, y, z] = inputs.map(|p| slice::from_raw_parts(p, count));
             let [vx, vy, vz] = outputs.map(|p| slice::from_raw_parts_mut(p, count));
-            (sample::Points { x, y, z }, sample::Velocities { x: vx, y: vy, z: vz })
+            let owner = if query.owners.is_null() {
+                sample::Owner::One(query.owner)
+            } else {
+                sample::Owner::Each(slice::from_raw_parts(query.owners, count))
+            };
+            (sample::Points { x, y, z }, sample::Velocities { x: vx, y: vy, z: vz }, owner)
         };
-        sample::sample(Level::at_most(self.simd_level.load(Ordering::Relaxed)), &packed, points, out);
+        let level = Level::at_most(self.simd_level.load(Ordering::Relaxed));
+        sample::sample_field(level, &stepped.field, &mut packed, query.origin, owner, points, out);
         abi::OK
     }
 
@@ -487,6 +506,80 @@ unsafe extern "C" fn scratch(ctx: *mut c_void, bytes: u64, align: u64, out: *mut
     })
 }
 
+/// Lends the bytes of one of the module's own files.
+unsafe extern "C" fn asset_read(
+    ctx: *mut c_void,
+    name: *const c_char,
+    length: u64,
+    out_bytes: *mut *const c_void,
+    out_length: *mut u64,
+) -> i32 {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx, "asset_read") }) else { return abi::BAD_INPUT };
+    let refuse = |status: i32, reason: &str| services.fail(status, format!("asset_read: {reason}"));
+    let unusable = out_bytes.is_null() || !out_bytes.is_aligned() || out_length.is_null();
+    if unusable || !out_length.is_aligned() || name.is_null() || length > assets::LONGEST_NAME {
+        return refuse(abi::BAD_INPUT, "the name or the results' place is NULL, misaligned or too long");
+    }
+    let Some(made) = &services.made else {
+        return refuse(abi::BAD_INPUT, "files belong to an instance: not in open()");
+    };
+    if !services.on_a_thread_of_ours()
+        || marker::current_job().is_some()
+        || services.in_step.load(Ordering::Acquire)
+    {
+        return refuse(abi::BAD_INPUT, "only on the control thread, and not in a step");
+    }
+    guard::require_stack();
+    guard::probe_read(name.cast(), length as usize);
+    guard::probe_write(out_bytes.cast(), size_of::<*const c_void>());
+    guard::probe_write(out_length.cast(), size_of::<u64>());
+    marker::in_service(services.fate.generation(), || {
+        // SAFETY: the contract's pointer and length, which were just touched.
+        let name = unsafe { slice::from_raw_parts(name.cast::<u8>(), length as usize) };
+        let Ok(name) = std::str::from_utf8(name) else {
+            return refuse(abi::BAD_INPUT, "the name is not UTF-8");
+        };
+        let mut assets = lock(&made.assets);
+        match assets.read(name) {
+            Ok(bytes) => {
+                // SAFETY: checked and touched above.
+                unsafe {
+                    out_bytes.write(bytes.as_ptr().cast());
+                    out_length.write(bytes.len() as u64);
+                }
+                abi::OK
+            }
+            Err(Unread::Unfit(reason)) => refuse(abi::BAD_INPUT, &reason),
+            Err(Unread::TooMuch(reason)) => refuse(abi::NO_SPACE, &reason),
+        }
+    })
+}
+
+unsafe extern "C" fn get_extension(ctx: *mut c_void, id: *const c_char) -> *const c_void {
+    // SAFETY: the contract's pointer.
+    let Some(services) = (unsafe { services(ctx, "get_extension") }) else { return std::ptr::null() };
+    if id.is_null() {
+        return std::ptr::null();
+    }
+    guard::require_stack();
+    // The plugin's text, touched byte by byte while the marker says that it is the plugin's fault if there is
+    // none.
+    let mut length = 0;
+    while length < extensions::LONGEST_ID {
+        guard::probe_read(id.wrapping_add(length).cast(), 1);
+        // SAFETY: touched above.
+        if unsafe { *id.wrapping_add(length) } == 0 {
+            break;
+        }
+        length += 1;
+    }
+    marker::in_service(services.fate.generation(), || {
+        // SAFETY: touched above.
+        extensions::find(unsafe { slice::from_raw_parts(id.cast::<u8>(), length) })
+    })
+}
+
 unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
     // SAFETY: the contract's pointer.
     let Some(services) = (unsafe { services(ctx, "sample_flow") }) else { return abi::BAD_INPUT };
@@ -505,6 +598,9 @@ unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery)
     let length = query.count as usize * size_of::<f32>();
     [query.x, query.y, query.z].iter().for_each(|points| guard::probe_read(points.cast(), length));
     [query.vx, query.vy, query.vz].iter().for_each(|out| guard::probe_write(out.cast(), length));
+    if !query.owners.is_null() {
+        guard::probe_read(query.owners.cast(), query.count as usize * size_of::<u64>());
+    }
     marker::in_service(services.fate.generation(), || services.sample(&query))
 }
 

@@ -265,7 +265,7 @@ fn a_materials_texture_lies_once_along_a_fibre_and_leaves_other_fibres_alone() {
         };
     }
     let green = abi::Material { base: [0.0, 0.5, 0.0, 1.0], tip: [0.0, 0.5, 0.0, 1.0], ..sample::tissue() };
-    outputs.materials = Arc::new(vec![abi::Material { texture: 7, ..green }, green]);
+    outputs.materials = vec![abi::Material { texture: 7, ..green }, green];
     outputs.fibres[1].material = 1;
     outputs.textures = Arc::new(vec![texture]);
     let frame = sample::frame(1, camera, outputs);

@@ -67,8 +67,7 @@ fn blades_neither_break_nor_sparkle_over_three_seconds() {
         // Blades of 3.2 to .5 pixels, from their faces and from their edges. Most edges need four pictures to
         // a pixel or more.
         let seen = abruptness(&mut studio, "blades", &Settings::of(quality), |sway| {
-            let mut outputs =
-                Outputs { materials: Arc::new(vec![sample::blade_material()]), ..Outputs::default() };
+            let mut outputs = Outputs { materials: vec![sample::blade_material()], ..Outputs::default() };
             sample::grass(&mut outputs, 1, [0.0; 3], 0, sway);
             outputs
         });
@@ -85,7 +84,7 @@ fn tentacle(radius: f32, translucency: f32) -> Outputs {
     for (i, node) in outputs.fibre_nodes.iter_mut().enumerate() {
         *node = abi::FibreNode { position: [0.0, 0.05 * i as f32, 0.0], radius };
     }
-    outputs.materials = Arc::new(vec![abi::Material { translucency, rim: 0.0, ..sample::tissue() }]);
+    outputs.materials = vec![abi::Material { translucency, rim: 0.0, ..sample::tissue() }];
     outputs
 }
 

@@ -352,7 +352,7 @@ mod tests {
     }
 
     fn two_objects(ids: [u64; 2], x: f32) -> Outputs {
-        let mut out = Outputs { materials: Arc::new(vec![sample::tissue()]), ..Outputs::default() };
+        let mut out = Outputs { materials: vec![sample::tissue()], ..Outputs::default() };
         for (i, id) in ids.into_iter().enumerate() {
             out.objects.push(abi::Object {
                 id,

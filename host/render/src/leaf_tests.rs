@@ -59,7 +59,7 @@ fn leaf(thickness: f32, translucency: f32) -> Outputs {
     let mut outputs = board_of(grey(1, 1, |_, _| 0), [0.0, 1.0], abi::MESH_TWO_SIDED, thickness);
     let color = [0.2, 0.3, 0.1, 1.0];
     let of = abi::Material { base: color, tip: color, texture: 0, wrap: 0.3, translucency, ..white() };
-    outputs.materials = Arc::new(vec![of]);
+    outputs.materials = vec![of];
     outputs
 }
 
@@ -136,7 +136,7 @@ fn a_leaf_mirrors_the_sun_softly_only_if_its_material_says_so() {
         let mut seen = |specular: f32, roughness: f32| {
             let mut outputs = leaf(0.001, 0.9);
             let of = abi::Material { specular, roughness, ..outputs.materials[0] };
-            outputs.materials = Arc::new(vec![of]);
+            outputs.materials = vec![of];
             let name = format!("shine-{specular}-{roughness}");
             shoot(&mut studio, &name, &outputs, (&environment, camera), quality)
         };

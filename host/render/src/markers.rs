@@ -11,10 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload};
-use reef_streams::{
-    frame::{Frame, bounding_sphere},
-    identity::foreign_id,
-};
+use reef_streams::frame::{Frame, bounding_sphere};
 
 use super::{
     formats::{DEPTH, LIGHT},
@@ -154,7 +151,7 @@ impl Marked {
             }
             for (object, _) in outputs.objects.iter().zip(has_body).filter(|(_, has_body)| *has_body) {
                 let (center, radius) = bounding_sphere(object);
-                let id = foreign_id(module, object.id);
+                let id = frame.tags.get(module).map_or(object.id, |tag| tag.foreign(object.id));
                 let reached = frame.flow.iter().any(|flow| {
                     let near = f64::from(flow.reach) + radius;
                     let reaches = flow.reach == 0.0 || center.distance(DVec3::from(flow.position)) < near;
@@ -263,6 +260,8 @@ impl Bodies {
 mod tests {
     use std::sync::Arc;
 
+    use reef_streams::identity::ModuleTag;
+
     use super::*;
     use crate::sample;
     use reef_streams::Outputs;
@@ -359,8 +358,10 @@ mod tests {
         let outputs =
             Outputs { objects: vec![object], fibres: vec![abi::Fibre::default()], ..Outputs::default() };
         let only = Markers { singularities: false, ..ALL };
-        for (owner, color) in [(foreign_id(0, 1), ASLEEP), (foreign_id(1, 1), AWAKE)] {
-            let frame = frame(vec![abi::Flow { owner, ..flow(abi::FLOW_SOURCE, 1.0) }], outputs.clone());
+        let tags = ModuleTag::all(&["its module", "another"]);
+        for (owner, color) in [(tags[0].foreign(1), ASLEEP), (tags[1].foreign(1), AWAKE)] {
+            let mut frame = frame(vec![abi::Flow { owner, ..flow(abi::FLOW_SOURCE, 1.0) }], outputs.clone());
+            frame.tags = tags.clone().into();
             let marked = mark(&frame, &frame, 1.0, &lens(), only);
             assert_eq!(marked.lines[0].color, color, "{owner}");
         }

@@ -8,6 +8,7 @@ use reef_streams::{
     Outputs,
     environment::{Environment, Ripples, Rock, Sun, Terrain, WaterOptics},
     frame::{CameraPose, Frame},
+    identity::ModuleTag,
 };
 
 /// Clear reef water, 4 m deep, a rippled bed with one rock.
@@ -90,7 +91,7 @@ pub struct Bed {
 /// A bed of tentacles that lean and curl, each differently; `sway` turns them, so that two steps differ.
 pub fn tentacles(bed: &Bed, sway: f32) -> Outputs {
     const NODES: usize = 10;
-    let mut outputs = Outputs { materials: Arc::new(vec![tissue()]), ..Outputs::default() };
+    let mut outputs = Outputs { materials: vec![tissue()], ..Outputs::default() };
     outputs.objects.push(abi::Object {
         id: 1,
         origin: [0.0, bed.y, 0.0],
@@ -291,10 +292,8 @@ pub fn garden(environment: &Environment, sway: f32) -> Outputs {
         rim: 0.4,
         ..abi::Material::default()
     };
-    let mut outputs = Outputs {
-        materials: Arc::new(vec![foot, tissue(), red_foot, red, blade_material()]),
-        ..Outputs::default()
-    };
+    let mut outputs =
+        Outputs { materials: vec![foot, tissue(), red_foot, red, blade_material()], ..Outputs::default() };
     let ground = |x: f64, z: f64| match &environment.terrain {
         Some(terrain) => f64::from(super::boulder::ground_height(terrain, x, z)),
         None => -4.0,
@@ -360,6 +359,7 @@ pub fn frame(step: u64, camera: CameraPose, outputs: Outputs) -> Frame {
         time: step as f64 / 60.0,
         camera,
         outputs: vec![Arc::new(outputs)],
+        tags: ModuleTag::all(&["sample"]).into(),
         flow: Arc::new(Vec::new()),
     }
 }

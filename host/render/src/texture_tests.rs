@@ -76,7 +76,7 @@ pub(super) fn board_of(texture: Texture, [from, to]: [f32; 2], flags: u32, thick
         skinned: vec![abi::Skinned { mesh, joint_count: 1, scale: 1.0, ..abi::Skinned::default() }],
         joints: vec![abi::Joint { rotation, translation: [0.0; 3], scale: 1.0 }],
         meshes: meshes.list().clone(),
-        materials: Arc::new(vec![white()]),
+        materials: vec![white()],
         textures: Arc::new(vec![Arc::new(texture)]),
         ..Outputs::default()
     }
@@ -92,7 +92,7 @@ fn column(texture: Texture, angle: f32) -> Outputs {
     }
     outputs.fibres[0].sides = 32;
     outputs.fibres[0].normal = Vec3::new(angle.cos(), 0.0, -angle.sin()).to_array();
-    outputs.materials = Arc::new(vec![white()]);
+    outputs.materials = vec![white()];
     outputs.textures = Arc::new(vec![Arc::new(texture)]);
     outputs
 }
@@ -201,7 +201,7 @@ fn textures_of_all_sizes_are_seen_in_one_picture() {
         let textures = values.map(|(v, side)| Arc::new(grey(side, 8, |_, _| v)));
         let numbered = (1..).zip(textures).map(|(id, t)| Arc::new(Texture { id, ..(*t).clone() }));
         outputs.textures = Arc::new(numbered.collect());
-        outputs.materials = Arc::new((1..=3).map(|texture| abi::Material { texture, ..white() }).collect());
+        outputs.materials = (1..=3).map(|texture| abi::Material { texture, ..white() }).collect();
         let of = outputs.skinned[0];
         let places = [-0.6_f32, 0.0, 0.6];
         outputs.skinned =

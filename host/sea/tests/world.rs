@@ -15,7 +15,7 @@ use reef_sea::{
         water::Poke,
     },
 };
-use reef_streams::{frame::CameraPose, identity::foreign_id};
+use reef_streams::frame::CameraPose;
 
 /// Bodies that drift with the water, push it themselves, and follow the actors that they hear of.
 struct Drifters {
@@ -440,12 +440,12 @@ fn modules_hear_of_one_another_one_step_later_in_the_scenes_order() {
     let mut world = place.world(SCENE, 1, false);
     assert_eq!(world.frame().flow.len(), 2, "before anything was emitted, what is attached is absent");
     world.step();
-    let flow = &world.frame().flow;
+    let (flow, tags) = (&world.frame().flow, &world.frame().tags);
     assert_eq!(flow.len(), 3 + 5 + 2);
-    assert_eq!(flow[1].owner, foreign_id(0, 2), "the attached source belongs to its object");
+    assert_eq!(flow[1].owner, tags[0].foreign(2), "the attached source belongs to its object");
     let owners: Vec<u64> = flow[3..].iter().map(|flow| flow.owner).collect();
     let wanted: Vec<u64> =
-        (1..=5).map(|id| foreign_id(0, id)).chain((1..=2).map(|id| foreign_id(1, id))).collect();
+        (1..=5).map(|id| tags[0].foreign(id)).chain((1..=2).map(|id| tags[1].foreign(id))).collect();
     assert_eq!(owners, wanted);
 }
 

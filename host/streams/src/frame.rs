@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Quat, Vec3};
 
-use crate::Outputs;
+use crate::{Outputs, identity::ModuleTag};
 
 /// Where a picture is taken from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub struct Frame {
     pub camera: CameraPose,
     /// What each instance emitted, in the scene's order of modules.
     pub outputs: Vec<Arc<Outputs>>,
+    /// The tag of each instance's module: what others know its objects by.
+    pub tags: Arc<[ModuleTag]>,
     /// The scene's flow primitives at that time, then what instances emitted, in the fixed order in which the
     /// next step sees them.
     pub flow: Arc<Vec<reef_abi::Flow>>,

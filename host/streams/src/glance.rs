@@ -13,7 +13,10 @@ use reef_flow::{
     simd::blocks,
 };
 
-use crate::check::{FARTHEST, FARTHEST_LOCAL, FIBRE_FLAGS, SIDES, is_unit};
+use crate::{
+    check::{FARTHEST, FARTHEST_LOCAL, FIBRE_FLAGS, SIDES, is_unit},
+    identity::GREATEST_ID,
+};
 
 /// Words that are looked at at once: a cache line of them.
 const WORDS: usize = 16;
@@ -105,9 +108,9 @@ fn hold<S: Simd>(simd: S, rule: &Rule, lines: &[Line], more: &mut impl FnMut(&[L
 pub(crate) fn objects(objects: &[abi::Object], before: u64) -> (bool, bool) {
     let [any, world] = [Word::ANY, Word::WORLD];
     let rule = Rule::new([
-        // id, parent
+        // id: low and high halves, parent
         any,
-        any,
+        Word::range(0, (GREATEST_ID >> 32) as u32 + 1),
         any,
         any,
         // origin: low and high halves

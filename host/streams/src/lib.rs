@@ -17,7 +17,7 @@ pub mod textures;
 
 use std::{collections::TryReserveError, ffi::c_void};
 
-pub use table::{Outputs, Retained, STREAMS, Stream, Visit};
+pub use table::{Outputs, STREAMS, Stream, Visit};
 
 /// What memory holds that nobody has written yet, where a plugin must not rely on it.
 pub const SOIL: u8 = 0x5a;

@@ -1,8 +1,6 @@
 //! The table of streams: which there are, what each is called, what it is made of, and how much of it a step
 //! may emit. What the host does with all of them follows from the table: memory, limits, checks, hashes.
 
-use std::sync::Arc;
-
 use bytemuck::Pod;
 use reef_abi::{self as abi, Element};
 
@@ -51,19 +49,13 @@ const COUNT: usize = abi::STREAM_COUNT as usize - 1;
 
 macro_rules! streams {
     (
-        anew { $($(#[$about:meta])* $field:ident: $element:ty, $name:literal, $limit:expr, $asked_by:expr;)+ }
-        retained {
-            $($(#[$kept_about:meta])* $kept:ident: $kept_element:ty, $kept_name:literal, $kept_limit:expr;)+
-        }
+        taken { $($(#[$about:meta])* $field:ident: $element:ty, $name:literal, $limit:expr, $asked_by:expr;)+ }
         declared { $($declared:ty, $declared_name:literal;)* }
     ) => {
         /// All streams of the contract, in the order of their numbers.
         pub static STREAMS: [Stream; COUNT] = sorted(&[
             $(Stream {
                 number: <$element>::STREAM, name: $name, limit: Some($limit), asked_by: $asked_by
-            },)+
-            $(Stream {
-                number: <$kept_element>::STREAM, name: $kept_name, limit: Some($kept_limit), asked_by: ALWAYS
             },)+
             $(Stream {
                 number: <$declared>::STREAM, name: $declared_name, limit: None, asked_by: ALWAYS
@@ -75,7 +67,6 @@ macro_rules! streams {
         #[derive(Clone, Debug, Default)]
         pub struct Outputs {
             $($(#[$about])* pub $field: Vec<$element>,)+
-            $($(#[$kept_about])* pub $kept: Arc<Vec<$kept_element>>,)+
             /// What the instance had made with `texture_create` at the end of the step.
             pub textures: TextureList,
             /// What it had made with `mesh_create`.
@@ -89,7 +80,6 @@ macro_rules! streams {
             pub fn show(&self, stream: u32, visitor: &mut impl Visit) {
                 match stream {
                     $(<$element as Element>::STREAM => visitor.visit(&self.$field[..]),)+
-                    $(<$kept_element as Element>::STREAM => visitor.visit(&self.$kept[..]),)+
                     _ => {}
                 }
             }
@@ -98,12 +88,11 @@ macro_rules! streams {
             pub fn bytes(&self, stream: u32) -> Option<(usize, &[u8])> {
                 Some(match stream {
                     $(<$element as Element>::STREAM => counted(&self.$field),)+
-                    $(<$kept_element as Element>::STREAM => counted(&self.$kept),)+
                     _ => return None,
                 })
             }
 
-            /// The memory of a stream that each step emits anew.
+            /// The memory of a stream; None: the host does not take it.
             pub fn lane(&mut self, stream: u32) -> Option<&mut dyn Lane> {
                 Some(match stream {
                     $(<$element as Element>::STREAM => &mut self.$field,)+
@@ -117,54 +106,16 @@ macro_rules! streams {
                 $(self.$field.retain(|element| !element.object().is_some_and(&gone));)+
             }
         }
-
-        /// What a running step writes into retained streams: who holds the outputs before shares what stays
-        /// in them.
-        #[derive(Debug, Default)]
-        pub struct Retained {
-            $($kept: Vec<$kept_element>,)+
-        }
-
-        impl Retained {
-            /// The memory of a stream.
-            pub fn lane(&mut self, stream: u32) -> Option<&mut dyn Lane> {
-                Some(match stream {
-                    $(<$kept_element as Element>::STREAM => &mut self.$kept,)+
-                    _ => return None,
-                })
-            }
-
-            /// Fills all memory with nonsense.
-            pub fn soil(&mut self) {
-                $(self.$kept.soil();)+
-            }
-
-            /// Puts into `outputs` what was `committed`, and what was in those `before` where that is the
-            /// same or nothing was.
-            pub fn finish(
-                &self,
-                committed: impl Fn(u32) -> Option<u64>,
-                before: &Outputs,
-                outputs: &mut Outputs,
-            ) {
-                $(
-                    let count = committed(<$kept_element>::STREAM);
-                    let written = count.map(|count| &self.$kept[..count as usize]);
-                    outputs.$kept = match written {
-                        Some(written) if *written != before.$kept[..] => Arc::new(written.to_vec()),
-                        _ => before.$kept.clone(),
-                    };
-                )+
-            }
-        }
     };
 }
 
 streams! {
     // Field, element, name, limit, when it is wanted.
-    anew {
+    taken {
         /// Things in the sea: what all other elements belong to.
         objects: abi::Object, "object", 1 << 20, ALWAYS;
+        /// How surfaces look.
+        materials: abi::Material, "material", 1 << 12, ALWAYS;
         /// Node chains.
         fibres: abi::Fibre, "fibre", 1 << 20, ALWAYS;
         /// Nodes of all chains, relative to their object's origin.
@@ -187,11 +138,6 @@ streams! {
         debug_lines: abi::DebugLine, "debug line", 1 << 20, abi::STEP_DEBUG;
         /// Only when asked for.
         trace: abi::Trace, "trace", 1 << 24, abi::STEP_TRACE;
-    }
-    // They stay until a step commits them again.
-    retained {
-        /// Retained from the last step that committed it.
-        materials: abi::Material, "material", 1 << 12;
     }
     // The contract has them; this host does not take them yet.
     declared {}

@@ -17,16 +17,18 @@ pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps
 /// it true.
-pub const HEADER_HASH: u64 = 0xb1a85e0b95449b68;
+pub const HEADER_HASH: u64 = 0xbc43015b0c7929c5;
 /// done; the outputs count
 pub const OK: i32 = 0;
-/// nothing changed since the last step: the last outputs stay, flow and actors included
+/// nothing changed since the last step: the last outputs stay, flow and actors included. After create(),
+/// reset() and load_state() there are none yet: the first step emits
 pub const SLEEP: i32 = 1;
-/// this step is refused, the state is untouched; the last good outputs stay
+/// this step is refused, the state is untouched; the last good outputs stay. Its events are not given again:
+/// a parameter whose event was in it keeps its value from before
 pub const DISCARD: i32 = 2;
 /// the instance needs reset() or load_state()
 pub const ERROR: i32 = -1;
-/// the library is at fault: the host rolls it back (a caught panic, say)
+/// the library is at fault (a caught panic, say)
 pub const FATAL: i32 = -2;
 /// not known to this host, or not taken by it; nothing came of the call, and the step goes on
 pub const UNSUPPORTED: i32 = -3;
@@ -49,7 +51,7 @@ pub const SIMD_AVX2: u32 = 2;
 pub const SIMD_AVX512: u32 = 3;
 /// reef_object: one anemone, plant, fish, box; what everything below belongs to
 pub const STREAM_OBJECT: u32 = 1;
-/// reef_material, retained
+/// reef_material: how surfaces look
 pub const STREAM_MATERIAL: u32 = 2;
 /// reef_fibre: a node chain with radii
 pub const STREAM_FIBRE: u32 = 3;
@@ -77,17 +79,23 @@ pub const STREAM_COUNT: u32 = 14;
 /// Common bits of all flags (0 to 7): do not blend with the step before (it jumped or wrapped).
 pub const FLAG_NO_BLEND: u32 = 1;
 
-/// One thing in the sea. The renderer matches objects of two steps by id. 64 bytes.
+/// The greatest id of an object: the 16 bits above tell others its module.
+pub const GREATEST_ID: u64 = 0xffff_ffff_ffff;
+
+/// One thing in the sea. The renderer matches objects of two steps by id. Ids are 1 to [`GREATEST_ID`]. To
+/// other modules an object has that id with the tag of its module in the 16 bits above, which follows from
+/// the module's name in the scene. 64 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Object {
-    /// stable over steps, reloads and saves; unique within the instance; not 0
+    /// stable over steps, reloads and saves; unique within the instance
     pub id: u64,
-    /// id of the object that it rides on, 0: none
+    /// id of the object that it rides on, 0: none; the checker alone reads it
     pub parent: u64,
     /// [m] world position that the elements' f32 positions are relative to
     pub origin: [f64; 3],
-    /// [m] bounding sphere, relative to origin
+    /// [m] bounding sphere, relative to origin: the renderer leaves out what is not in view, and people who
+    /// point at the sea hit it
     pub bounds_center: [f32; 3],
     /// [m] >= 0
     pub bounds_radius: f32,
@@ -477,7 +485,8 @@ pub struct Obstacle {
 /// the parameter `param` is now `value`
 /// What came from outside in this step, in the journal's order. 64 bytes.
 pub const EVENT_PARAM: u32 = 1;
-/// somebody touched the sea at `point`, object: what was hit, or 0
+/// somebody touched the sea at `point`, at a speed of `value` [m/s]; object: what was hit, by the id that its
+/// module gave it where that is this one, or 0
 pub const EVENT_POKE: u32 = 2;
 
 #[repr(C)]
@@ -556,7 +565,7 @@ pub struct Output {
 /// One piece of a `parallel_for`.
 pub type Job = Option<unsafe extern "C" fn(user: *mut c_void, index: u32, worker: u32)>;
 
-/// Velocities of the sea at many points (arrays of `count`). 88 bytes.
+/// Velocities of the sea at many points (arrays of `count`). 96 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct FlowQuery {
@@ -572,6 +581,8 @@ pub struct FlowQuery {
     pub origin: [f64; 3],
     /// leave out what this object emits; 0: nothing
     pub owner: u64,
+    /// [opt] a point each, in place of `owner`; best in runs of the same
+    pub owners: *const u64,
     pub count: u32,
     pub spare: u32,
 }
@@ -694,11 +705,12 @@ pub struct Host {
     pub log: Option<unsafe extern "C" fn(ctx: *mut c_void, level: u32, text: *const c_char, length: u64)>,
     /// The message of the failure that is about to be returned. [any]
     pub set_error: Option<unsafe extern "C" fn(ctx: *mut c_void, text: *const c_char, length: u64)>,
-    /// Not 0: the watchdog asks this call to return soon. [any]
+    /// Not 0: the watchdog asks this call to return soon: with DISCARD where the state is as it was before the
+    /// step, else with ERROR. What comes too late is the library's fault. [any]
     pub should_stop: Option<unsafe extern "C" fn(ctx: *mut c_void) -> u32>,
     /// Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A
     /// call from a job runs inline. Which worker runs what is not defined: write only what belongs to i.
-    /// [step] [job]
+    /// [control] [step] [job]
     pub parallel_for:
         Option<unsafe extern "C" fn(ctx: *mut c_void, count: u32, job: Job, user: *mut c_void) -> i32>,
     /// Memory until the end of this step; align: a power of two up to 4096. [step]
@@ -722,6 +734,44 @@ pub struct Host {
     /// The last value of each name is shown; at most 32 names of at most 64 bytes, what is beyond is not.
     /// [any]
     pub figure: Option<unsafe extern "C" fn(ctx: *mut c_void, name: *const c_char, length: u64, value: f64)>,
+    /// A file of the module's own assets: `name` is its path, with `/`, within the folder that is named like
+    /// the plugin's id, among the host's assets in `modules/` or beside the library. The bytes stay until
+    /// this call of the plugin returned. Where a file that was read changes later, the host makes the
+    /// instance anew, as after an edit of its table in the scene. BAD_INPUT: there is none, or the name leads
+    /// out of the folder; NO_SPACE: more than 64 MiB in a call. Not in open(). [control]
+    pub asset_read: Option<
+        unsafe extern "C" fn(
+            ctx: *mut c_void,
+            name: *const c_char,
+            length: u64,
+            out_bytes: *mut *const c_void,
+            out_length: *mut u64,
+        ) -> i32,
+    >,
+    /// The table of an extension, which lives as long as this one; NULL: the host does not have it. [any]
+    pub get_extension: Option<unsafe extern "C" fn(ctx: *mut c_void, id: *const c_char) -> *const c_void>,
+}
+
+/// Of [`Limits`].
+pub const EXTENSION_LIMITS: &core::ffi::CStr = c"draft/limits";
+
+/// What one instance may have at most, of `get_extension(REEF_EXTENSION_LIMITS)`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    pub size: u32,
+    /// streams that the host knows; those from there on it does not take
+    pub stream_count: u32,
+    /// by a stream's number: most elements in a step; 0: the host does not take it
+    pub streams: *const u64,
+    /// most of a saved state
+    pub state_bytes: u64,
+    /// most that scratch lends in a step, all together
+    pub scratch_bytes: u64,
+    /// most at a time
+    pub textures: u32,
+    /// most at a time
+    pub meshes: u32,
 }
 pub const PARAM_FLOAT: u32 = 1;
 pub const PARAM_INT: u32 = 2;
@@ -760,7 +810,8 @@ pub struct Param {
 }
 
 /// Where save_state writes and load_state reads. The host wraps the bytes in an envelope of plugin id, state
-/// version, length and hash; the payload is tagged fields, little-endian, without pointers.
+/// version, length and hash. The payload is the plugin's own, little-endian and without pointers;
+/// reef_state.h writes and reads tagged fields, to which a later version may add.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Writer {
@@ -768,6 +819,8 @@ pub struct Writer {
     pub spare: u32,
     pub ctx: *mut c_void,
     pub write: Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32>,
+    /// So many bytes are still to come, as far as is known: room for them is made at once. Need not be called.
+    pub expect: Option<unsafe extern "C" fn(ctx: *mut c_void, length: u64) -> i32>,
 }
 
 #[repr(C)]
@@ -778,8 +831,10 @@ pub struct Reader {
     pub state_version: u32,
     pub ctx: *mut c_void,
     /// Copies up to `length` bytes, returns how many; 0 at the end. May return fewer than asked before the
-    /// end.
-    pub read: Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> u64>,
+    /// end. -1: it cannot read, and load_state returns BAD_STATE.
+    pub read: Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: *mut c_void, length: u64) -> i64>,
+    /// of the whole payload
+    pub length: u64,
 }
 
 /// Filled by create(), up to the size that the host put there.
@@ -804,6 +859,9 @@ pub struct Instance {
     pub load_state: Option<unsafe extern "C" fn(ctx: *mut c_void, reader: *const Reader) -> i32>,
     /// The parameter's present value. Parameters change through the step's events only. [control]
     pub get_param: Option<unsafe extern "C" fn(ctx: *mut c_void, id: u32, out_value: *mut f64) -> i32>,
+    /// [opt] The table of an extension, which lives as long as the instance; NULL: it does not have it.
+    /// [control]
+    pub get_extension: Option<unsafe extern "C" fn(ctx: *mut c_void, id: *const c_char) -> *const c_void>,
 }
 
 #[repr(C)]

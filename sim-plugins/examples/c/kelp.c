@@ -9,6 +9,7 @@
  * The same plugin stands beside this one in C++ and in Rust, and emits the same bytes. Hence every sum has one order,
  * only + - * / and sqrt are used, which IEEE 754 rounds alike everywhere, and -ffp-contract=off keeps them from being fused. */
 #include "reef_sim.h"
+#include "reef_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -303,7 +304,7 @@ static int32_t advance(kelp *self, const reef_step *input, const reef_output *ou
     }
   }
   /* All points at once, without the shelter that object 1, the forest, gives itself. */
-  const reef_flow_query query = {x, y, z, vx, vy, vz, {w.origin[0], w.origin[1], w.origin[2]}, 1, points, 0};
+  const reef_flow_query query = {x, y, z, vx, vy, vz, {w.origin[0], w.origin[1], w.origin[2]}, 1, NULL, points, 0};
   if ((status = host->sample_flow(host->ctx, &query))) return status;
 
   /* Room first: after this nothing can fail that leaves half a step behind. */
@@ -364,108 +365,34 @@ static int32_t step(void *ctx, const reef_step *input, const reef_output *output
 }
 
 /* --------------------------------------------------------------------------------------------------------- state
- * Tagged fields, as the Rust SDK writes them, so that all three kelps read each other's payload. Little-endian:
- *   "REEFSTAT", uint32_t fields, uint32_t 0; then per field:
- *   uint64_t FNV-1a of its name, uint32_t type, uint32_t 0, uint64_t count; the values, padded with zeros to 8 bytes.
- * A reader skips fields that it does not know: one may be added or dropped without a new state version. */
+ * Tagged fields, as the Rust SDK writes them, so that all three kelps read each other's payload. */
 #define STATE_VERSION 1u
-enum { TYPE_U32 = 2, TYPE_F32 = 6, TYPE_F64 = 7 };
-
-typedef struct head {
-  char magic[8];
-  uint32_t fields, spare;
-} head;
-
-typedef struct field {
-  uint64_t tag;
-  uint32_t type, spare;
-  uint64_t count;
-} field;
-
-static uint64_t tag(const char *name) {
-  uint64_t hash = UINT64_C(0xcbf29ce484222325);
-  while (*name) hash = (hash ^ (uint8_t)*name++) * UINT64_C(0x100000001b3);
-  return hash;
-}
-
-static int32_t put(const reef_writer *writer, const char *name, uint32_t type, const void *values, uint64_t count) {
-  const field start = {tag(name), type, 0, count};
-  const uint64_t length = count * (type == TYPE_F64 ? 8 : 4), zeros = 0;
-  int32_t status;
-  if ((status = writer->write(writer->ctx, &start, sizeof start))) return status;
-  if ((status = writer->write(writer->ctx, values, length))) return status;
-  return length % 8 ? writer->write(writer->ctx, &zeros, 8 - length % 8) : REEF_OK;
-}
 
 static int32_t save_state(void *ctx, const reef_writer *writer) {
   const kelp *self = (const kelp *)ctx;
-  const head start = {{'R', 'E', 'E', 'F', 'S', 'T', 'A', 'T'}, 3, 0};
   uint32_t ids[PARAMS];
   int32_t status;
   for (uint32_t p = 0; p < PARAMS; p++) ids[p] = params[p].id;
-  if ((status = writer->write(writer->ctx, &start, sizeof start))) return status;
-  if ((status = put(writer, "reef.params.ids", TYPE_U32, ids, PARAMS))) return status;
-  if ((status = put(writer, "reef.params.values", TYPE_F64, self->values, PARAMS))) return status;
-  return put(writer, "bend", TYPE_F32, self->bend, MOST * SEGMENTS * 2);
-}
-
-/* Reads exactly `length` bytes, into nowhere where `into` is NULL; 0: there are fewer. */
-static int take(const reef_reader *reader, void *into, uint64_t length) {
-  char nowhere[256], *at = (char *)into;
-  while (length > 0) {
-    const uint64_t most = at || length < sizeof nowhere ? length : sizeof nowhere;
-    const uint64_t count = reader->read(reader->ctx, at ? at : nowhere, most);
-    if (count == 0 || count > most) return 0;
-    if (at) at += count;
-    length -= count;
-  }
-  return 1;
+  if ((status = reef_state_begin(writer, 3))) return status;
+  if ((status = reef_state_put(writer, "reef.params.ids", REEF_STATE_U32, ids, PARAMS))) return status;
+  if ((status = reef_state_put(writer, "reef.params.values", REEF_STATE_F64, self->values, PARAMS))) return status;
+  return reef_state_put(writer, "bend", REEF_STATE_F32, self->bend, MOST * SEGMENTS * 2);
 }
 
 static int32_t load_state(void *ctx, const reef_reader *reader) {
   kelp *self = (kelp *)ctx;
   kelp loaded = *self; /* All or nothing. */
-  struct {
-    const char *name;
-    uint32_t type;
-    uint64_t count;
-    void *into;
-    int found;
-  } wanted[3];
   uint32_t ids[PARAMS];
   double values[PARAMS];
-  head start;
-  char more;
-  memset(wanted, 0, sizeof wanted);
-  wanted[0].name = "reef.params.ids", wanted[0].type = TYPE_U32, wanted[0].count = PARAMS, wanted[0].into = ids;
-  wanted[1].name = "reef.params.values", wanted[1].type = TYPE_F64, wanted[1].count = PARAMS, wanted[1].into = values;
-  wanted[2].name = "bend", wanted[2].type = TYPE_F32, wanted[2].count = MOST * SEGMENTS * 2, wanted[2].into = loaded.bend;
-
+  reef_state_field wanted[3] = {
+      {"reef.params.ids", REEF_STATE_U32, 0, PARAMS, ids},
+      {"reef.params.values", REEF_STATE_F64, 0, PARAMS, values},
+      {"bend", REEF_STATE_F32, 0, MOST * SEGMENTS * 2, loaded.bend},
+  };
   if (reader->state_version != STATE_VERSION)
     return fail(self->host, REEF_BAD_STATE, "the state is of another version than this kelp reads");
-  if (!take(reader, &start, sizeof start) || memcmp(start.magic, "REEFSTAT", 8) != 0)
-    return fail(self->host, REEF_BAD_STATE, "the state does not begin like one");
-  for (uint32_t f = 0; f < start.fields; f++) {
-    field next;
-    void *into = NULL;
-    if (!take(reader, &next, sizeof next)) return fail(self->host, REEF_BAD_STATE, "the state ends too early");
-    const uint64_t size = next.type == 1 ? 1 : next.type == 2 || next.type == 3 || next.type == 6 ? 4 : 8;
-    if (next.type < 1 || next.type > 7 || next.count > UINT64_MAX / 16)
-      return fail(self->host, REEF_BAD_STATE, "a field of the state is of an unknown type or length");
-    for (uint32_t i = 0; i < 3; i++) {
-      if (next.tag != tag(wanted[i].name) || wanted[i].found) continue;
-      if (next.type != wanted[i].type || next.count != wanted[i].count)
-        return fail(self->host, REEF_BAD_STATE, "a field of the state has another type or length");
-      wanted[i].found = 1;
-      into = wanted[i].into;
-    }
-    const uint64_t length = next.count * size, padding = (8 - length % 8) % 8;
-    if (!take(reader, into, length) || !take(reader, NULL, padding))
-      return fail(self->host, REEF_BAD_STATE, "the state ends too early");
-  }
-  if (reader->read(reader->ctx, &more, 1) != 0) return fail(self->host, REEF_BAD_STATE, "bytes follow the state's end");
-  if (!wanted[0].found || !wanted[1].found || !wanted[2].found)
-    return fail(self->host, REEF_BAD_STATE, "the state lacks a field: `reef.params.ids`, `reef.params.values` or `bend`");
+  const char *problem = reef_state_read(reader, wanted, 3, 0);
+  if (problem) return fail(self->host, REEF_BAD_STATE, problem);
   for (uint32_t p = 0; p < PARAMS; p++) set_param(&loaded, ids[p], values[p]);
   *self = loaded;
   return REEF_OK;
@@ -499,7 +426,7 @@ static int32_t create(const reef_host *host, const char *config, uint64_t length
   self->host = host;
   start(self);
   const reef_instance instance = {sizeof(reef_instance), 0,          self,       destroy,  reset,
-                                  step,                  save_state, load_state, get_param};
+                                  step,                  save_state, load_state, get_param, NULL};
   *out = instance;
   return REEF_OK;
 }

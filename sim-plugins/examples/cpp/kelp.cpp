@@ -11,6 +11,7 @@
 // -fno-gnu-unique lets the library be unloaded: g++ would pin it in memory for a static in an inline function or template.
 // No exception leaves this file: `guarded` turns each into a status and a message.
 #include "reef_sim.h"
+#include "reef_state.h"
 
 #include <algorithm>
 #include <array>
@@ -225,107 +226,9 @@ void grow_blade(const Vec3 &root, Vec2 out, Vec2 bend, float length, float width
   }
 }
 
-// ------------------------------------------------------------------------------------------------------------- state
-// Tagged fields, as the Rust SDK writes them, so that all three kelps read each other's payload. Little-endian:
-//   "REEFSTAT", uint32_t fields, uint32_t 0; then per field:
-//   uint64_t FNV-1a of its name, uint32_t type, uint32_t 0, uint64_t count; the values, padded with zeros to 8 bytes.
-// A reader skips fields that it does not know: one may be added or dropped without a new state version.
-
-constexpr std::uint32_t state_version = 1;
-
-template <class T> constexpr std::uint32_t type_of = 0;
-template <> constexpr std::uint32_t type_of<std::uint32_t> = 2;
-template <> constexpr std::uint32_t type_of<float> = 6;
-template <> constexpr std::uint32_t type_of<double> = 7;
-constexpr std::size_t sizes[] = {0, 1, 4, 4, 8, 8, 4, 8}; // of the types
-
-struct Head {
-  char magic[8] = {'R', 'E', 'E', 'F', 'S', 'T', 'A', 'T'};
-  std::uint32_t fields = 0, spare = 0;
-};
-
-struct FieldHead {
-  std::uint64_t tag;
-  std::uint32_t type, spare;
-  std::uint64_t count;
-};
-
-constexpr std::uint64_t tag(std::string_view name) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : name) hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3;
-  return hash;
-}
-
-class StateWriter {
-public:
-  template <class T> void put(std::string_view name, const T *values, std::size_t count) {
-    append(FieldHead{tag(name), type_of<T>, 0, count});
-    const auto *raw = reinterpret_cast<const char *>(values);
-    bytes.insert(bytes.end(), raw, raw + count * sizeof(T));
-    bytes.resize((bytes.size() + 7) / 8 * 8);
-    ++head.fields;
-  }
-  void write(const reef_writer *writer) const {
-    check(writer->write(writer->ctx, &head, sizeof head));
-    check(writer->write(writer->ctx, bytes.data(), bytes.size()));
-  }
-
-private:
-  template <class T> void append(const T &value) {
-    const auto *raw = reinterpret_cast<const char *>(&value);
-    bytes.insert(bytes.end(), raw, raw + sizeof value);
-  }
-  Head head;
-  std::vector<char> bytes;
-};
-
-class StateReader {
-public:
-  explicit StateReader(const reef_reader *reader) {
-    if (reader->state_version != state_version) bad("the state is of another version than this kelp reads");
-    char part[4096];
-    while (const std::uint64_t count = reader->read(reader->ctx, part, sizeof part))
-      bytes.insert(bytes.end(), part, part + std::min<std::uint64_t>(count, sizeof part));
-    const Head head = next<Head>();
-    if (!std::equal(std::begin(head.magic), std::end(head.magic), Head().magic)) bad("the state does not begin like one");
-    for (std::uint32_t f = 0; f < head.fields; ++f) {
-      const auto field = next<FieldHead>();
-      if (field.type < 1 || field.type >= std::size(sizes)) bad("a field of the state is of an unknown type");
-      if (field.count > bytes.size()) bad("the state ends too early");
-      fields.push_back({field, at});
-      skip((field.count * sizes[field.type] + 7) / 8 * 8);
-    }
-    if (at != bytes.size()) bad("bytes follow the state's end");
-  }
-  template <class T> void fill(const std::string &name, T *values, std::size_t count) const {
-    for (const auto &[field, start] : fields) {
-      if (field.tag != tag(name)) continue;
-      if (field.type != type_of<T> || field.count != count) bad("the state's field `" + name + "` is of another type or length");
-      std::memcpy(values, bytes.data() + start, count * sizeof(T));
-      return;
-    }
-    bad("the state lacks the field `" + name + "`");
-  }
-
-private:
-  [[noreturn]] static void bad(const std::string &message) { throw Failed(REEF_BAD_STATE, message); }
-  template <class T> T next() {
-    T value;
-    const std::size_t start = at;
-    skip(sizeof value);
-    std::memcpy(&value, bytes.data() + start, sizeof value);
-    return value;
-  }
-  void skip(std::size_t length) {
-    if (length > bytes.size() - at) bad("the state ends too early");
-    at += length;
-  }
-  std::vector<char> bytes;
-  std::size_t at = 0;
-  std::vector<std::pair<FieldHead, std::size_t>> fields;
-};
-
 // -------------------------------------------------------------------------------------------------------------- kelp
+
+constexpr std::uint32_t state_version = 1; // of the tagged fields that the Rust SDK writes, too
 
 // One module of a scene.
 class Kelp {
@@ -353,22 +256,25 @@ public:
   void save(const reef_writer *writer) const {
     std::array<std::uint32_t, params.size()> ids;
     std::transform(params.begin(), params.end(), ids.begin(), [](const reef_param &p) { return p.id; });
-    StateWriter state;
-    state.put("reef.params.ids", ids.data(), ids.size());
-    state.put("reef.params.values", values.data(), values.size());
-    state.put("bend", bends[0][0].data(), most * segments * 2);
-    state.write(writer);
+    check(reef_state_begin(writer, 3));
+    check(reef_state_put(writer, "reef.params.ids", REEF_STATE_U32, ids.data(), ids.size()));
+    check(reef_state_put(writer, "reef.params.values", REEF_STATE_F64, values.data(), values.size()));
+    check(reef_state_put(writer, "bend", REEF_STATE_F32, bends[0][0].data(), most * segments * 2));
   }
 
   // All or nothing.
   void load(const reef_reader *reader) {
-    const StateReader state(reader);
     std::array<std::uint32_t, params.size()> ids;
     Values read, loaded = values;
     auto bent = std::make_unique<decltype(bends)>();
-    state.fill("reef.params.ids", ids.data(), ids.size());
-    state.fill("reef.params.values", read.data(), read.size());
-    state.fill("bend", (*bent)[0][0].data(), most * segments * 2);
+    reef_state_field wanted[] = {
+        {"reef.params.ids", REEF_STATE_U32, 0, ids.size(), ids.data()},
+        {"reef.params.values", REEF_STATE_F64, 0, read.size(), read.data()},
+        {"bend", REEF_STATE_F32, 0, most * segments * 2, (*bent)[0][0].data()},
+    };
+    if (reader->state_version != state_version)
+      throw Failed(REEF_BAD_STATE, "the state is of another version than this kelp reads");
+    if (const char *problem = reef_state_read(reader, wanted, std::size(wanted), 0)) throw Failed(REEF_BAD_STATE, problem);
     for (std::size_t p = 0; p < ids.size(); ++p) set_param(loaded, ids[p], read[p]);
     values = loaded;
     bends = *bent;
@@ -503,7 +409,7 @@ private:
       }
     }
     // All points at once, without the shelter that object 1, the forest, gives itself.
-    const reef_flow_query query{x, y, z, vx, vy, vz, {values[X], ground, values[Z]}, 1, points, 0};
+    const reef_flow_query query{x, y, z, vx, vy, vz, {values[X], ground, values[Z]}, 1, nullptr, points, 0};
     check(host->sample_flow(host->ctx, &query));
 
     // Room first: after this nothing can fail that leaves half a step behind.
@@ -572,7 +478,7 @@ std::int32_t create(const reef_host *host, const char *, std::uint64_t, reef_ins
   return guarded(host, [&] {
     if (!REEF_HAS(out, get_param)) throw Failed(REEF_UNSUPPORTED, "the host is too old for this plugin");
     *out = {sizeof(reef_instance), 0,          new Kelp(host), destroy,  reset,
-            step,                  save_state, load_state,     get_param};
+            step,                  save_state, load_state,     get_param, nullptr};
   });
 }
 

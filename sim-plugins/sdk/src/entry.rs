@@ -321,6 +321,9 @@ impl From<ConfigError> for Failed {
     }
 }
 
+/// Most room that is made for a state before it is read [bytes].
+const LONGEST_GUESS: usize = 1 << 28;
+
 /// Name of the fields in which the SDK saves parameters.
 const PARAM_IDS: &str = "reef.params.ids";
 const PARAM_VALUES: &str = "reef.params.values";
@@ -475,6 +478,7 @@ unsafe extern "C" fn create<T: Plugin>(
             save_state: Some(save_state::<T>),
             load_state: Some(load_state::<T>),
             get_param: Some(get_param::<T>),
+            get_extension: None,
         };
         // SAFETY: the host has room for `size` bytes there.
         unsafe { ptr::copy_nonoverlapping((&raw const instance).cast::<u8>(), out.cast::<u8>(), size) };
@@ -543,10 +547,14 @@ unsafe extern "C" fn save_state<T: Plugin>(ctx: *mut c_void, writer: *const abi:
         }
         // SAFETY: the host's writer, valid during the call.
         let writer = unsafe { read_sized(writer) };
-        let Some((ctx, write)) = writer.and_then(|w: abi::Writer| Some((w.ctx, w.write?))) else {
+        let Some((writer, write)) = writer.and_then(|w: abi::Writer| Some((w, w.write?))) else {
             return Err(Failed(abi::BAD_INPUT, "the host's writer is unusable".into()));
         };
-        let bytes = shell.save()?;
+        let (ctx, bytes) = (writer.ctx, shell.save()?);
+        if let Some(expect) = writer.expect {
+            // SAFETY: a service with a number. What it refuses, `write` refuses, too.
+            let _ = unsafe { expect(ctx, bytes.len() as u64) };
+        }
         // SAFETY: pointer and length of living bytes.
         match unsafe { write(ctx, bytes.as_ptr().cast(), bytes.len() as u64) } {
             abi::OK => Ok(abi::OK),
@@ -566,7 +574,7 @@ unsafe extern "C" fn load_state<T: Plugin>(ctx: *mut c_void, reader: *const abi:
         let Some((reader, read)) = reader.and_then(|r: abi::Reader| Some((r, r.read?))) else {
             return Err(Failed(abi::BAD_INPUT, "the host's reader is unusable".into()));
         };
-        let mut bytes = Vec::new();
+        let mut bytes = Vec::with_capacity(usize::try_from(reader.length).unwrap_or(0).min(LONGEST_GUESS));
         let mut buffer = vec![0_u8; 1 << 16];
         loop {
             // SAFETY: room for as many bytes as it says.
@@ -574,7 +582,7 @@ unsafe extern "C" fn load_state<T: Plugin>(ctx: *mut c_void, reader: *const abi:
             match usize::try_from(count).ok().and_then(|count| buffer.get(..count)) {
                 Some([]) => break,
                 Some(part) => bytes.extend_from_slice(part),
-                None => return Err(Failed(abi::BAD_INPUT, "the host's reader returned too much".into())),
+                None => return Err(Failed(abi::BAD_STATE, "the host's reader cannot read".into())),
             }
         }
         let fresh = shell.loaded(reader.state_version, &bytes)?;

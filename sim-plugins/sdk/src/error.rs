@@ -133,6 +133,20 @@ impl From<TextureError> for StepError {
     }
 }
 
+/// Why a file of the module's own was not read. The host has said it already.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("the host does not give the file `{name}`")]
+pub struct AssetError {
+    /// The file, as it was asked for.
+    pub name: String,
+}
+
+impl From<AssetError> for ConfigError {
+    fn from(_: AssetError) -> Self {
+        Self::new("", "")
+    }
+}
+
 /// Why there is no mesh.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum MeshError {

@@ -1,10 +1,10 @@
 //! The host's services that may be called anywhere, and the growable structs of the contract.
 
-use std::ffi::{CString, c_char};
+use std::ffi::{CStr, CString, c_char, c_void};
 
 use reef_abi as abi;
 
-use crate::error::TextureError;
+use crate::error::{AssetError, TextureError};
 
 /// A struct of the contract that begins with `size: u32` and may be longer or shorter on the other side.
 ///
@@ -21,6 +21,8 @@ unsafe impl Growable for abi::Output {}
 unsafe impl Growable for abi::Writer {}
 // SAFETY: as above.
 unsafe impl Growable for abi::Reader {}
+// SAFETY: as above.
+unsafe impl Growable for abi::Limits {}
 
 /// Reads `min(size, sizeof)` bytes and takes the rest as zero; None for NULL, a misaligned pointer, or no
 /// size.
@@ -71,6 +73,27 @@ pub enum TextureFormat {
     Srgb = abi::TEXTURE_RGBA8_SRGB,
     /// Red, green and blue are linear.
     Linear = abi::TEXTURE_RGBA8,
+}
+
+/// What one instance may have at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    streams: &'static [u64],
+    /// Of a saved state [bytes].
+    pub state_bytes: u64,
+    /// That a step borrows as scratch memory, all together [bytes].
+    pub scratch_bytes: u64,
+    /// At a time.
+    pub textures: u32,
+    /// At a time.
+    pub meshes: u32,
+}
+
+impl Limits {
+    /// Most elements of a stream (`abi::STREAM_*`) in a step; 0: the host does not take it.
+    pub fn of_stream(&self, stream: u32) -> u64 {
+        self.streams.get(stream as usize).copied().unwrap_or(0)
+    }
 }
 
 /// The host's services that belong to no step: log, watchdog, textures. It may be kept as long as the
@@ -172,6 +195,55 @@ impl Host {
             abi::OK => Ok(Texture { host: *self, id }),
             _ => Err(refused()),
         }
+    }
+
+    /// One of the module's own files, by its path within the module's folder of assets. In `create` and `load`,
+    /// not in a step. `Err`: there is none, or it may not be read; turned into the error of a create, it leaves
+    /// the word to the host, which says them.
+    pub fn asset(&self, name: &str) -> Result<Vec<u8>, AssetError> {
+        let refused = || AssetError { name: name.to_owned() };
+        let read = self.raw.asset_read.ok_or_else(refused)?;
+        let (mut bytes, mut length) = (std::ptr::null(), 0);
+        // SAFETY: pointer and length of a living string, and places for the results.
+        let status = unsafe {
+            read(self.raw.ctx, name.as_ptr().cast::<c_char>(), name.len() as u64, &mut bytes, &mut length)
+        };
+        match (status, usize::try_from(length)) {
+            (abi::OK, Ok(0)) => Ok(Vec::new()),
+            // SAFETY: so many bytes of the host's, which stay until this call of the plugin returned.
+            (abi::OK, Ok(length)) => {
+                Ok(unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length) }.to_vec())
+            }
+            _ => Err(refused()),
+        }
+    }
+
+    /// What one instance may have at most; None: the host does not tell.
+    pub fn limits(&self) -> Option<Limits> {
+        let table = self.extension(abi::EXTENSION_LIMITS)?.cast::<abi::Limits>();
+        // SAFETY: the table of this extension, as the contract has it.
+        let table = unsafe { read_sized(table) }?;
+        let streams = match table.streams.is_null() {
+            true => &[],
+            // SAFETY: so many constants of the host's.
+            false => unsafe { std::slice::from_raw_parts(table.streams, table.stream_count as usize) },
+        };
+        Some(Limits {
+            streams,
+            state_bytes: table.state_bytes,
+            scratch_bytes: table.scratch_bytes,
+            textures: table.textures,
+            meshes: table.meshes,
+        })
+    }
+
+    /// The host's table of an extension, of the layout that the extension's documentation gives it; None: the
+    /// host does not have it.
+    pub fn extension(&self, id: &CStr) -> Option<*const c_void> {
+        let ask = self.raw.get_extension?;
+        // SAFETY: a text that lives during the call.
+        let table = unsafe { ask(self.raw.ctx, id.as_ptr()) };
+        (!table.is_null()).then_some(table)
     }
 
     /// How many workers share the jobs.

@@ -89,8 +89,8 @@ mod workers;
 
 pub use config::SceneInfo;
 pub use entry::entry;
-pub use error::{ConfigError, MeshError, Reset, StateError, Status, StepError, TextureError};
-pub use host::{Host, Level, Texture, TextureFormat};
+pub use error::{AssetError, ConfigError, MeshError, Reset, StateError, Status, StepError, TextureError};
+pub use host::{Host, Level, Limits, Texture, TextureFormat};
 pub use mesh::{Mesh, MeshDesc};
 pub use param::{Param, ParamKind, Params};
 pub use reef_abi::pack_normal;
@@ -107,9 +107,10 @@ pub mod macros {
 /// Everything that a plugin's source usually names.
 pub mod prelude {
     pub use crate::{
-        Chunks, ConfigError, Element, Heightfield, Host, Level, Mesh, MeshDesc, MeshError, Output, Param,
-        ParamKind, Params, Parts, Plugin, Reset, SceneInfo, Split, StateError, StateReader, StateWriter,
-        Status, StepError, StepInput, Texture, TextureError, TextureFormat, Workers, abi, pack_normal,
+        AssetError, Chunks, ConfigError, Element, Heightfield, Host, Level, Mesh, MeshDesc, MeshError,
+        Output, Param, ParamKind, Params, Parts, Plugin, Reset, SceneInfo, Split, StateError, StateReader,
+        StateWriter, Status, StepError, StepInput, Texture, TextureError, TextureFormat, Workers, abi,
+        pack_normal,
     };
 }
 

@@ -255,8 +255,32 @@ impl<'a> StepInput<'a> {
         points: [&[f32]; 3],
         velocities: [&mut [f32]; 3],
     ) -> Result<(), StepError> {
+        self.sample(origin, (owner, None), points, velocities)
+    }
+
+    /// The same with an owner for each point: for many things that each emit flow. Best in runs of the same
+    /// owner.
+    pub fn sample_flow_of_each(
+        &self,
+        origin: [f64; 3],
+        owners: &[u64],
+        points: [&[f32]; 3],
+        velocities: [&mut [f32]; 3],
+    ) -> Result<(), StepError> {
+        self.sample(origin, (0, Some(owners)), points, velocities)
+    }
+
+    fn sample(
+        &self,
+        origin: [f64; 3],
+        (owner, owners): (u64, Option<&[u64]>),
+        points: [&[f32]; 3],
+        velocities: [&mut [f32]; 3],
+    ) -> Result<(), StepError> {
         let count = points[0].len();
-        let equal = points.iter().all(|s| s.len() == count) && velocities.iter().all(|s| s.len() == count);
+        let equal = owners.is_none_or(|owners| owners.len() == count)
+            && points.iter().all(|s| s.len() == count)
+            && velocities.iter().all(|s| s.len() == count);
         if !equal || u32::try_from(count).is_err() {
             return Err(StepError::Error("sample_flow: the slices must be of one length".into()));
         }
@@ -265,8 +289,10 @@ impl<'a> StepInput<'a> {
         };
         let [x, y, z] = points.map(<[f32]>::as_ptr);
         let [vx, vy, vz] = velocities.map(<[f32]>::as_mut_ptr);
-        let query = abi::FlowQuery { x, y, z, vx, vy, vz, origin, owner, count: count as u32, spare: 0 };
-        // SAFETY: six living slices of `count` elements.
+        let owners = owners.map_or(std::ptr::null(), <[u64]>::as_ptr);
+        let count = count as u32;
+        let query = abi::FlowQuery { x, y, z, vx, vy, vz, origin, owner, owners, count, spare: 0 };
+        // SAFETY: living slices of `count` elements.
         check(unsafe { sample(self.host.raw().ctx, &query) }, "sample_flow")
     }
 }

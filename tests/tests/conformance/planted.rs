@@ -93,6 +93,7 @@ const FAULTS: &[(&str, Fault)] = &[
     ("create-message", Environment),
     ("create-copies", Configuration),
     ("create-many", Configuration),
+    ("create-extensions", Configuration),
     ("step-runs", Configuration),
     ("step-refused", Configuration),
     ("step-emits", Configuration),

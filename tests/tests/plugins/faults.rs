@@ -43,7 +43,9 @@ fn outputs_that_are_no_numbers_or_point_nowhere_are_refused_by_stream_element_an
 
 #[test]
 fn too_much_output_is_refused_with_the_limit() {
-    let message = strike(&mut with_fault("no_space"));
+    let mut instance = with_fault("no_space");
+    let message = strike(&mut instance);
+    assert!(matches!(instance.health(), Health::Stopped(_)), "what asks for too much is not broken");
     assert!(message.contains("REEF_NO_SPACE") && message.contains("the limit is 16777216"), "{message}");
 }
 

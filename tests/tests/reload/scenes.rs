@@ -57,6 +57,38 @@ fn an_edit_lets_unchanged_modules_go_on_and_others_begin_anew_and_says_which() {
 }
 
 #[test]
+fn an_edit_of_a_modules_own_file_makes_anew_who_read_it_and_no_other() {
+    let mut place = Place::new(&builds(""), &scene("height = 1.0", "height = 2.0"));
+    let own = place.folder.path().join("plugins/fixture.growing");
+    fs::create_dir(&own).unwrap();
+    // A scene that names a file which is not there is refused by the file's name.
+    let reading = scene("height = 1.0", "height_file = \"tall.txt\"");
+    let news = edit(&mut place, &reading);
+    assert!(news.contains("`tall.txt` is not there") && news.contains("runs on as it was"), "{news}");
+    fs::write(own.join("tall.txt"), "4.0\n").unwrap();
+    let news = edit(&mut place, &format!("{reading}\n"));
+    assert!(news.contains("anew") && news.contains("second"), "{news}");
+    let written = |place: &mut Place, text: &str| {
+        place.live.take_notices();
+        fs::write(own.join("tall.txt"), text).unwrap();
+        let mut news = String::new();
+        place.run(|live, _| {
+            news.extend(live.take_notices().into_iter().map(|notice| notice.text));
+            !news.is_empty()
+        });
+        news
+    };
+    let news = written(&mut place, "7.5\n");
+    assert!(news.contains("carried on: first;") && news.contains("reads other files: second"), "{news}");
+    let now = heights(&place.world);
+    assert!(now[0] < 2.0 && (7.5..8.5).contains(&now[1]), "{now:?}");
+    let news = written(&mut place, "tall\n");
+    assert!(news.contains("height_file: there is no height in it"), "{news}");
+    let news = written(&mut place, "3.0\n");
+    assert!(news.contains("reads other files: second") && heights(&place.world)[1] < 4.0, "{news}");
+}
+
+#[test]
 fn a_bad_edit_keeps_the_old_scene_and_names_file_line_and_column() {
     let mut place = Place::new(&builds(""), &scene("height = 1.0", ""));
     (0..10).for_each(|_| place.world.step());

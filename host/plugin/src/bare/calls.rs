@@ -1,14 +1,15 @@
 //! Calls that the host itself never makes: tables of another size, a writer that is full, a reader that gives
 //! little.
 
-use std::ffi::c_void;
+use std::ffi::{CStr, c_void};
 
 use reef_abi as abi;
 
 use super::super::{
+    assets::Assets,
     error::PluginError,
     input::StepInput,
-    instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, generation, read, write},
+    instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, expect, generation, read, write},
     library::Plugin,
     names::status_name,
     recorder,
@@ -74,7 +75,7 @@ impl Plugin {
         let id = &self.info().id;
         let fault = |message| PluginError::Fault { plugin: id.clone(), call: "create", message };
         let generation = generation(self)?;
-        let services = Services::of_instance(generation, id);
+        let services = Services::of_instance(generation, id, Assets::new(id, None, self.library().path()));
         let Some(create) = self.descriptor().create else {
             return Err(fault("it has no create".into()));
         };
@@ -124,7 +125,7 @@ impl Plugin {
 
     /// Makes an instance whose host is a newer one.
     pub fn create_in_grown_host(&self, config: &str) -> Result<Instance, PluginError> {
-        self.create_with(config, |services| {
+        self.create_with(config, None, |services| {
             // SAFETY: the services' own table, which lives as long as they.
             let mut table = unsafe { *services.table() };
             table.size = grown::<abi::Host>();
@@ -159,6 +160,23 @@ impl Instance {
     /// The instance's functions, and whether it offers them.
     pub fn functions(&self) -> [(&'static str, bool); 6] {
         functions(&self.raw.0)
+    }
+
+    /// Whether it has an extension; None: it has none at all.
+    pub fn has_extension(&self, id: &CStr) -> Result<Option<bool>, PluginError> {
+        let mut there = None;
+        let place = Pointer((&raw mut there).cast());
+        self.call("get_extension", move |ctx, raw| {
+            let Pointer(there) = { place };
+            if let Some(ask) = raw.get_extension {
+                // SAFETY: the instance's function on its control thread; the text and `there` live during the
+                // call.
+                unsafe { there.cast::<Option<bool>>().write(Some(!ask(ctx, id.as_ptr()).is_null())) };
+            }
+            Some(abi::OK)
+        })
+        .map_err(|(_, error)| error)?;
+        Ok(there)
     }
 
     /// Steps with a struct of a newer host.
@@ -222,7 +240,13 @@ impl Instance {
         self.call("save_state", move |ctx, raw| {
             let Pointer(sink) = { place };
             let size = if newer { grown::<abi::Writer>() } else { size_of::<abi::Writer>() as u32 };
-            let writer = Grown::new(abi::Writer { size, spare: 0, ctx: sink, write: Some(write) });
+            let writer = Grown::new(abi::Writer {
+                size,
+                spare: 0,
+                ctx: sink,
+                write: Some(write),
+                expect: Some(expect),
+            });
             // SAFETY: the instance's function on its control thread; the writer and the sink live during the
             // call.
             raw.save_state.map(|save| unsafe { save(ctx, &writer.known) })
@@ -235,11 +259,13 @@ impl Instance {
     pub fn load_bare(&mut self, state: Bare<'_>) -> Result<(), (i32, PluginError)> {
         let mut source = Source { rest: state.bytes, most: state.at_once, tag: Tag::default() };
         source.tag.set();
+        let length = state.bytes.len() as u64;
         let place = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
             let Pointer(source) = { place };
             let size = if state.newer { grown::<abi::Reader>() } else { size_of::<abi::Reader>() as u32 };
-            let reader = abi::Reader { size, state_version: state.version, ctx: source, read: Some(read) };
+            let reader =
+                abi::Reader { size, state_version: state.version, ctx: source, read: Some(read), length };
             let reader = Grown::new(reader);
             // SAFETY: the instance's function on its control thread; the reader and the source live during
             // the call.

@@ -5,7 +5,6 @@ use glam::DVec3;
 use reef_streams::{
     environment::Terrain,
     frame::{Frame, bounding_sphere},
-    identity::foreign_id,
 };
 
 /// Reach of a pick [m]: nothing can be made out farther away.
@@ -37,10 +36,10 @@ pub struct Hit {
 
 /// A thing's bounding sphere: id (as other modules know it), centre [m], radius [m].
 pub fn spheres(frame: &Frame) -> impl Iterator<Item = (u64, DVec3, f64)> + '_ {
-    frame.outputs.iter().enumerate().flat_map(|(module, outputs)| {
+    frame.outputs.iter().zip(&*frame.tags).flat_map(|(outputs, tag)| {
         outputs.objects.iter().map(move |object| {
             let (centre, radius) = bounding_sphere(object);
-            (foreign_id(module, object.id), centre, radius)
+            (tag.foreign(object.id), centre, radius)
         })
     })
 }

@@ -317,7 +317,7 @@ mod tests {
         let camera = sample::looking_at(DVec3::ONE, DVec3::ZERO);
         let material = |texture| abi::Material { texture, ..sample::tissue() };
         let outputs = Outputs {
-            materials: Arc::new(vec![material(0), material(2)]),
+            materials: vec![material(0), material(2)],
             textures: Arc::new(vec![texture(1, 1), texture(2, 2), texture(3, 3)]),
             ..Outputs::default()
         };

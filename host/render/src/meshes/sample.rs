@@ -1,8 +1,6 @@
 //! Small seas of meshes made by hand: what tests and benches of the mesh passes look at when they need no
 //! plugin.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 use reef_abi as abi;
 use reef_shapes::{Shape, bell, bell::Bell, fish, plant};
@@ -78,7 +76,7 @@ fn materials() -> Vec<abi::Material> {
 impl Models {
     /// Outputs without anything in them but meshes and materials.
     pub fn empty(&self) -> Outputs {
-        Outputs { materials: Arc::new(materials()), meshes: self.list.clone(), ..Outputs::default() }
+        Outputs { materials: materials(), meshes: self.list.clone(), ..Outputs::default() }
     }
 
     /// A plant on the ground.

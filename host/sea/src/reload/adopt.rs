@@ -1,10 +1,10 @@
 //! An edited scene in the place of the running one. Modules whose name, plugin and configuration are the same
 //! go on as they are; the others begin anew. All that takes time is made beforehand, beside the sea.
 
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
-use reef_plugin::{Instance, Registry};
-use reef_streams::environment::Environment;
+use reef_plugin::{Asset, Instance, Registry};
+use reef_streams::{environment::Environment, identity::ModuleTag};
 
 use crate::{
     scene::Scene,
@@ -26,11 +26,21 @@ pub struct Before {
     modules: Vec<Known>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct Known {
     name: String,
     plugin: String,
     config: String,
+    /// What its instance read.
+    assets: Vec<Asset>,
+}
+
+impl Known {
+    /// Whether its instance can go on as `new`, whose files nobody has read yet.
+    fn goes_on_as(&self, new: &Self) -> bool {
+        let same = (&self.name, &self.plugin, &self.config) == (&new.name, &new.plugin, &new.config);
+        same && !self.assets.iter().any(Asset::has_changed)
+    }
 }
 
 /// An edited scene, ready to be taken up.
@@ -69,6 +79,7 @@ fn known(scene: &Scene, seed: u64) -> Vec<Known> {
         name: module.name.clone(),
         plugin: module.plugin.clone(),
         config: module.create_json(scene, seed),
+        assets: Vec::new(),
     };
     scene.modules.iter().map(known).collect()
 }
@@ -84,9 +95,9 @@ impl Edition {
         let seed = seed.unwrap_or(scene.file.scene.seed);
         let mut places = Vec::new();
         for (module, new) in scene.modules.iter().zip(known(&scene, seed)) {
-            places.push(match before.modules.iter().position(|old| *old == new) {
+            places.push(match before.modules.iter().position(|old| old.goes_on_as(&new)) {
                 Some(at) => Place::GoesOn(at),
-                None => Place::Anew(Box::new(instance_of(module, &new.config, plugins)?)),
+                None => Place::Anew(Box::new(instance_of(module, &new.config, &scene.assets, plugins)?)),
             });
         }
         let trains = Waves::new(&scene.file, seed)?;
@@ -101,12 +112,25 @@ impl Edition {
             scene,
         })
     }
+
+    /// The files that its new instances read.
+    pub(crate) fn assets(&self) -> Vec<PathBuf> {
+        let read = |place: &Place| match place {
+            Place::Anew(instance) => instance.assets(),
+            Place::GoesOn(_) => Vec::new(),
+        };
+        self.places.iter().flat_map(read).map(|asset| asset.path).collect()
+    }
 }
 
 impl World {
     /// What an edited scene is to be compared with.
     pub fn before(&self) -> Before {
-        Before { serial: self.serial, modules: known(&self.scene, self.seed) }
+        let mut modules = known(&self.scene, self.seed);
+        for (module, member) in modules.iter_mut().zip(&self.members) {
+            module.assets = member.instance.assets();
+        }
+        Before { serial: self.serial, modules }
     }
 
     /// Takes up an edited scene; where no module goes on, the sea begins at its first moment. `Err`: it was
@@ -118,7 +142,8 @@ impl World {
         self.serial += 1;
         let Edition { seed, environment, trains, camera, water, places, scene, .. } = edition;
         let mut old: Vec<Option<Member>> = std::mem::take(&mut self.members).into_iter().map(Some).collect();
-        let mut exchange = Exchange::new(places.len());
+        let names: Vec<&str> = scene.modules.iter().map(|module| module.name.as_str()).collect();
+        let mut exchange = Exchange::new(ModuleTag::all(&names).into());
         let (mut carried, mut anew, mut heard) = (Vec::new(), Vec::new(), Vec::new());
         let mut wanted = Vec::new();
         for (at, (place, module)) in places.into_iter().zip(&scene.modules).enumerate() {

@@ -92,7 +92,7 @@ enum Wish {
     Reload(NewLibrary),
     Takeover(Vec<usize>),
     Retry(usize),
-    Scene(Box<Edition>, Vec<PathBuf>),
+    Scene(Box<Edition>),
 }
 
 /// What is being done.
@@ -120,8 +120,6 @@ pub struct Live {
     /// Of the command line.
     seed: Option<u64>,
     assets: PathBuf,
-    /// All files that were read for the scene.
-    scene_files: Vec<PathBuf>,
 }
 
 /// What a sea that may change has to know from the start.
@@ -163,7 +161,7 @@ impl Live {
         }
         // The scene's, too, and here: what is edited before the thread beside has begun must not pass for
         // what was read.
-        files.add_all(&world.scene().files);
+        files.add_all(&world.files());
         let sea = thread::current();
         let workshop = Workshop { files, tasks: received, found: telling, sea, workers, stage: None };
         let thread = thread::Builder::new()
@@ -184,7 +182,6 @@ impl Live {
             grace: GRACE,
             seed,
             assets,
-            scene_files: world.scene().files.clone(),
         };
         live.stage(world, false);
         Ok(live)
@@ -198,7 +195,6 @@ impl Live {
         }
         self.wishes.retain(|wish| matches!(wish, Wish::Reload(_)));
         self.ledger.learn(&self.registry);
-        self.scene_files = world.scene().files.clone();
         self.stage(world, false);
     }
 
@@ -207,7 +203,7 @@ impl Live {
         let stage = Stage {
             path: world.scene().path.clone(),
             assets: self.assets.clone(),
-            files: self.scene_files.clone(),
+            files: world.files(),
             seed: self.seed,
             before: world.before(),
             plugins: self.registry.clone(),
@@ -261,7 +257,7 @@ impl Live {
             match found {
                 Found::Library(new) => self.wish_for(new),
                 Found::Refused { path, problem } => self.refuse(world, &path, &problem),
-                Found::Scene { edition, files } => self.wishes.push_back(Wish::Scene(edition, files)),
+                Found::Scene { edition } => self.wishes.push_back(Wish::Scene(edition)),
                 Found::BadScene { problem } => {
                     let text = format!("{problem}: the scene runs on as it was");
                     self.tell(world, Gravity::Trouble, text);
@@ -292,7 +288,7 @@ impl Live {
             && let Some(wish) = self.wishes.pop_front()
         {
             match wish {
-                Wish::Scene(edition, files) => tended.edited |= self.adopt(world, *edition, files),
+                Wish::Scene(edition) => tended.edited |= self.adopt(world, *edition),
                 wish => self.begin(world, wish),
             }
         }
@@ -345,7 +341,7 @@ impl Live {
     }
 
     /// Takes up an edited scene.
-    fn adopt(&mut self, world: &mut World, edition: Edition, files: Vec<PathBuf>) -> bool {
+    fn adopt(&mut self, world: &mut World, edition: Edition) -> bool {
         let adopted = match world.adopt(edition) {
             Ok(adopted) => adopted,
             Err(edition) => {
@@ -355,14 +351,15 @@ impl Live {
             }
         };
         self.counts.scenes += 1;
-        self.scene_files = files;
         self.stage(world, false);
         self.drop_later(adopted.former);
         let list = |names: &[String]| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
         let mut text = format!("{}: carried on: {}", world.scene().path.display(), list(&adopted.carried));
         if !adopted.anew.is_empty() {
-            text +=
-                &format!("; began anew, because it is new or set differently: {}", adopted.anew.join(", "));
+            text += &format!(
+                "; began anew, because it is new, set differently or reads other files: {}",
+                adopted.anew.join(", ")
+            );
         }
         self.tell(world, Gravity::Info, text);
         true

@@ -8,6 +8,7 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
+    path::PathBuf,
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
@@ -82,6 +83,8 @@ pub struct Job {
     /// The sea's last step when the job was given.
     now: Arc<Moment>,
     dt: f64,
+    /// The host's folder of assets.
+    assets: PathBuf,
     orders: Mutex<Vec<Order>>,
     phase: Mutex<Phase>,
     queue: Mutex<VecDeque<Arc<Moment>>>,
@@ -189,7 +192,9 @@ impl Job {
     fn candidate(&self, order: Order) -> Result<Candidate, String> {
         let told = |what: &str, error: &PluginError| format!("{}: {what}: {}", order.name, reason(error));
         let Order { module, ref plugin, ref config, ref snap, ref params, until, .. } = order;
-        let mut instance = plugin.create(config).map_err(|error| told("create refused", &error))?;
+        let assets = &self.assets;
+        let mut instance =
+            plugin.create_among(config, assets).map_err(|error| told("create refused", &error))?;
         let step = snap.as_ref().map_or(self.now.step, |snap| snap.step);
         for trial in [true, false] {
             match snap {
@@ -383,6 +388,7 @@ impl World {
             fixed: recent.fixed.clone(),
             now: recent.now.clone(),
             dt,
+            assets: self.scene.assets.clone(),
             orders: Mutex::new(orders),
             phase: Mutex::new(Phase::Working),
             queue: Mutex::new(moments.into_values().collect()),

@@ -43,8 +43,8 @@ pub(super) enum Found {
     Library(NewLibrary),
     /// A build that is not used.
     Refused { path: PathBuf, problem: String },
-    /// The scene, or a species of it, was edited.
-    Scene { edition: Box<Edition>, files: Vec<PathBuf> },
+    /// The scene, a species of it, or a file that a module read was edited.
+    Scene { edition: Box<Edition> },
     /// An edit that is not used.
     BadScene { problem: String },
 }
@@ -53,7 +53,7 @@ pub(super) enum Found {
 pub(super) struct Stage {
     pub(super) path: PathBuf,
     pub(super) assets: PathBuf,
-    /// All files that were read for it.
+    /// All files that were read for it, and by its modules.
     pub(super) files: Vec<PathBuf>,
     pub(super) seed: Option<u64>,
     pub(super) before: Before,
@@ -128,14 +128,16 @@ impl Workshop {
         let made = scene::load(&stage.path, &stage.assets, &stage.plugins)
             .map_err(WorldError::from)
             .and_then(|scene| {
-                let files = scene.files.clone();
-                Ok((Edition::new(scene, stage.seed, &stage.before, &stage.plugins)?, files))
+                let mut files = scene.files.clone();
+                let edition = Edition::new(scene, stage.seed, &stage.before, &stage.plugins)?;
+                files.extend(edition.assets());
+                Ok((edition, files))
             });
         let found = match made {
             Ok((edition, files)) => {
                 // Now, not when the sea has taken it up: the next edit may be sooner.
                 self.files.add_all(&files);
-                Found::Scene { edition: Box::new(edition), files }
+                Found::Scene { edition: Box::new(edition) }
             }
             Err(error) => Found::BadScene { problem: error.to_string() },
         };

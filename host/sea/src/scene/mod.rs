@@ -76,6 +76,8 @@ pub struct Scene {
     pub modules: Vec<Module>,
     /// All files that were read for it: what a change of makes reading it again worthwhile.
     pub files: Vec<PathBuf>,
+    /// The folder of assets: modules' own files are in it, too.
+    pub assets: PathBuf,
 }
 
 /// A module of a scene.
@@ -199,7 +201,7 @@ pub fn load_text(
     files.extend(layers.filter_map(|layer| layer.file.clone()));
     files.sort();
     files.dedup();
-    Ok(Scene { path: path.to_owned(), name, file, modules, files })
+    Ok(Scene { path: path.to_owned(), name, file, modules, files, assets: assets.to_owned() })
 }
 
 /// Metres per unit of a file's lengths; 1 where it says none that makes sense.

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use reef_abi as abi;
-use reef_streams::{Outputs, identity::foreign_id};
+use reef_streams::{Outputs, identity::ModuleTag};
 
 use super::water::{Attached, Objects};
 
@@ -52,6 +52,8 @@ pub(crate) struct Said {
 #[derive(Debug, Default)]
 pub(crate) struct Exchange {
     pub(crate) said: Vec<Said>,
+    /// By which modules know one another's objects, module by module.
+    tags: Arc<[ModuleTag]>,
     /// The scene's own primitives, then all modules', by foreign ids.
     all: Arc<Vec<abi::Flow>>,
     retired: Vec<Arc<Vec<abi::Flow>>>,
@@ -62,20 +64,26 @@ pub(crate) struct Exchange {
     /// Where each module's begin in `all`, and an end.
     starts: Vec<usize>,
     actors: Vec<abi::Actor>,
-    actor_starts: Vec<usize>,
     /// `all` with one module's own ids, for those modules that emitted flow or carry some of the scene's.
     heard: Vec<Vec<abi::Flow>>,
     actors_heard: Vec<Vec<abi::Actor>>,
 }
 
 impl Exchange {
-    pub(crate) fn new(modules: usize) -> Self {
+    /// Of modules with these tags.
+    pub(crate) fn new(tags: Arc<[ModuleTag]>) -> Self {
         Self {
-            said: vec![Said::default(); modules],
-            heard: vec![Vec::new(); modules],
-            actors_heard: vec![Vec::new(); modules],
+            said: vec![Said::default(); tags.len()],
+            heard: vec![Vec::new(); tags.len()],
+            actors_heard: vec![Vec::new(); tags.len()],
+            tags,
             ..Self::default()
         }
+    }
+
+    /// By which modules know one another's objects, module by module.
+    pub(crate) fn tags(&self) -> &Arc<[ModuleTag]> {
+        &self.tags
     }
 
     /// Nothing was said.
@@ -107,22 +115,17 @@ impl Exchange {
     pub(crate) fn share(&mut self, mut flow: Vec<abi::Flow>, attached: Vec<Attached>) {
         self.attached = attached;
         self.starts.clear();
-        self.actor_starts.clear();
         self.actors.clear();
-        for (module, said) in self.said.iter().enumerate() {
+        for (said, tag) in self.said.iter().zip(&*self.tags) {
             self.starts.push(flow.len());
-            self.actor_starts.push(self.actors.len());
-            flow.extend(
-                said.flows.iter().map(|flow| abi::Flow { owner: foreign_id(module, flow.owner), ..*flow }),
-            );
+            flow.extend(said.flows.iter().map(|flow| abi::Flow { owner: tag.foreign(flow.owner), ..*flow }));
             self.actors.extend(said.actors.iter().map(|actor| abi::Actor {
-                id: foreign_id(module, actor.id),
-                parent: foreign_id(module, actor.parent),
+                id: tag.foreign(actor.id),
+                parent: tag.foreign(actor.parent),
                 ..*actor
             }));
         }
         self.starts.push(flow.len());
-        self.actor_starts.push(self.actors.len());
         for (module, said) in self.said.iter().enumerate() {
             let heard = &mut self.heard[module];
             heard.clear();
@@ -136,9 +139,15 @@ impl Exchange {
             }
             let heard = &mut self.actors_heard[module];
             heard.clear();
-            if !said.actors.is_empty() {
-                heard.extend_from_slice(&self.actors);
-                heard[self.actor_starts[module]..self.actor_starts[module + 1]].copy_from_slice(&said.actors);
+            let tag = self.tags[module];
+            let is_own =
+                |actor: &abi::Actor| tag.own(actor.id) != actor.id || tag.own(actor.parent) != actor.parent;
+            if self.actors.iter().any(is_own) {
+                heard.extend(self.actors.iter().map(|actor| abi::Actor {
+                    id: tag.own(actor.id),
+                    parent: tag.own(actor.parent),
+                    ..*actor
+                }));
             }
         }
         let mut next = self.shell.take().unwrap_or_default();
@@ -209,14 +218,18 @@ impl Objects for Exchange {
     fn find(&self, module: usize, object: u64) -> Option<([f64; 3], u64)> {
         let objects = &self.said.get(module)?.objects;
         let (_, origin) = objects.iter().find(|(id, _)| *id == object)?;
-        Some((origin, foreign_id(module, object)))
+        Some((origin, self.tags.get(module)?.foreign(object)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reef_streams::identity::own_id;
+
+    fn tags(modules: usize) -> Arc<[ModuleTag]> {
+        let names = ["anemones", "fish", "kelp"];
+        ModuleTag::all(&names[..modules]).into()
+    }
 
     fn flow(owner: u64, strength: f32) -> abi::Flow {
         abi::Flow { owner, strength, ..abi::Flow::default() }
@@ -224,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_module_knows_its_own_ids_and_never_takes_a_strangers_for_its_own() {
-        let mut exchange = Exchange::new(3);
+        let mut exchange = Exchange::new(tags(3));
         exchange.said[0].flows = vec![flow(1, 10.0)];
         exchange.said[1].flows = vec![flow(1, 20.0), flow(2, 21.0)];
         let (mut own, attached) = exchange.begin();
@@ -236,43 +249,52 @@ mod tests {
         }
         let owners =
             |module: usize| exchange.flow_for(module).iter().map(|flow| flow.owner).collect::<Vec<_>>();
-        assert_eq!(owners(0), [0, 1, foreign_id(1, 1), foreign_id(1, 2)]);
-        assert_eq!(owners(1), [0, foreign_id(0, 1), 1, 2]);
-        assert_eq!(owners(2), [0, foreign_id(0, 1), foreign_id(1, 1), foreign_id(1, 2)]);
-        assert_ne!(foreign_id(0, 1), foreign_id(1, 1));
-        for module in 0..3 {
-            assert_eq!(own_id(module, foreign_id(module, 7)), 7);
-            assert_eq!(own_id(module, foreign_id(module + 1, 7)), foreign_id(module + 1, 7));
-            assert_eq!(own_id(module, 0), 0);
-        }
+        let [a, b, _] = [0, 1, 2].map(|module| tags(3)[module]);
+        assert_eq!(owners(0), [0, 1, b.foreign(1), b.foreign(2)]);
+        assert_eq!(owners(1), [0, a.foreign(1), 1, 2]);
+        assert_eq!(owners(2), [0, a.foreign(1), b.foreign(1), b.foreign(2)]);
+    }
+
+    #[test]
+    fn an_actor_may_ride_on_a_strangers_object_which_its_module_knows() {
+        let mut exchange = Exchange::new(tags(3));
+        let [anemones, fish, _] = [0, 1, 2].map(|module| tags(3)[module]);
+        // The anemones emit no actors, but know their own when the fish name them.
+        let host = anemones.foreign(5);
+        exchange.said[1].actors = vec![abi::Actor { id: 1, parent: host, ..abi::Actor::default() }];
+        let (own, attached) = exchange.begin();
+        exchange.share(own, attached);
+        let heard = |module: usize| exchange.actors_for(module).iter().map(|a| (a.id, a.parent)).next();
+        assert_eq!(heard(0), Some((fish.foreign(1), 5)));
+        assert_eq!(heard(1), Some((1, host)));
+        assert_eq!(heard(2), Some((fish.foreign(1), host)));
     }
 
     #[test]
     fn what_the_scene_attaches_belongs_to_the_object_in_its_modules_own_words() {
-        // An id of all 64 bits: the module's number cannot be read back from it.
-        let id = 0xfedc_ba98_7654_3210;
-        let mut exchange = Exchange::new(3);
+        let mut exchange = Exchange::new(tags(3));
         exchange.said[2].flows = vec![flow(5, 20.0)];
-        for (object, module) in [(id, 0), (7, 1), (9, 2)] {
+        for (object, module) in [(6, 0), (7, 1), (9, 2)] {
             let (mut own, mut attached) = exchange.begin();
-            own.extend([flow(0, 1.0), flow(foreign_id(module, object), 2.0)]);
+            let foreign = tags(3)[module].foreign(object);
+            own.extend([flow(0, 1.0), flow(foreign, 2.0)]);
             attached.push(Attached { flow: 1, module, object });
             exchange.share(own, attached);
             for hearer in 0..3 {
                 let heard = exchange.flow_for(hearer)[1].owner;
-                let wanted = if hearer == module { object } else { foreign_id(module, object) };
+                let wanted = if hearer == module { object } else { foreign };
                 assert_eq!(heard, wanted, "what {hearer} hears of {module}'s");
             }
             let last = exchange.flow_for(2)[2].owner;
-            assert_eq!((last, exchange.flow_for(0)[2].owner), (5, foreign_id(2, 5)));
+            assert_eq!((last, exchange.flow_for(0)[2].owner), (5, tags(3)[2].foreign(5)));
         }
     }
 
     #[test]
     fn objects_are_found_by_module_and_id() {
-        let mut exchange = Exchange::new(2);
+        let mut exchange = Exchange::new(tags(2));
         exchange.said[1].objects = Listed::Loaded(vec![(7, [1.0, 2.0, 3.0])]);
-        assert_eq!(exchange.find(1, 7), Some(([1.0, 2.0, 3.0], foreign_id(1, 7))));
+        assert_eq!(exchange.find(1, 7), Some(([1.0, 2.0, 3.0], tags(2)[1].foreign(7))));
         assert_eq!(exchange.find(0, 7), None);
         assert_eq!(exchange.find(9, 7), None);
     }

@@ -15,7 +15,7 @@ use reef_streams::{
     Outputs,
     environment::Environment,
     frame::{CameraPose, Frame},
-    identity::own_id,
+    identity::ModuleTag,
 };
 use thiserror::Error;
 
@@ -239,7 +239,7 @@ impl World {
         let seed = options.seed.unwrap_or(scene.file.scene.seed);
         let mut members = Vec::with_capacity(scene.modules.len());
         for module in &scene.modules {
-            let instance = instance_of(module, &module.create_json(&scene, seed), plugins)?;
+            let instance = instance_of(module, &module.create_json(&scene, seed), &scene.assets, plugins)?;
             members.push(Member::new(&module.name, &module.params, instance));
         }
         let trains = Waves::new(&scene.file, seed)?;
@@ -248,7 +248,16 @@ impl World {
         let clock = Clock::new(scene.file.scene.dt);
         let camera = Camera::new(&scene.file.camera)?;
         let pose = camera.pose(0.0);
-        let frame = Frame { step: 0, time: 0.0, camera: pose, outputs: Vec::new(), flow: Arc::default() };
+        let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
+        let tags: Arc<[ModuleTag]> = ModuleTag::all(&names).into();
+        let frame = Frame {
+            step: 0,
+            time: 0.0,
+            camera: pose,
+            outputs: Vec::new(),
+            tags: tags.clone(),
+            flow: Arc::default(),
+        };
         let raw_water = raw_water(&scene);
         let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
         let recent = options.remember.map(|every| {
@@ -267,7 +276,7 @@ impl World {
             simd_level,
             debug: scene.file.scene.debug,
             trace: options.trace,
-            exchange: Exchange::new(members.len()),
+            exchange: Exchange::new(tags),
             members,
             pokes: Vec::new(),
             hand_camera: None,
@@ -294,6 +303,12 @@ impl World {
     /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
+    }
+
+    /// All files that it was made of: the scene's, and those that its modules read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let own = self.members.iter().flat_map(|member| member.instance.assets()).map(|asset| asset.path);
+        self.scene.files.iter().cloned().chain(own).collect()
     }
 
     /// What the renderer needs of the scene.
@@ -591,7 +606,8 @@ impl World {
     /// Makes a new frame of the present step: instances took others' places.
     pub(crate) fn show_again(&mut self) {
         let Frame { step, time, camera, ref flow, .. } = *self.frame;
-        let frame = Frame { step, time, camera, outputs: Vec::new(), flow: flow.clone() };
+        let (outputs, tags) = (Vec::new(), self.exchange.tags().clone());
+        let frame = Frame { step, time, camera, outputs, tags, flow: flow.clone() };
         self.publish(frame);
     }
 
@@ -622,10 +638,10 @@ impl World {
                 }
             }
             Input::Poke(poke) => {
-                for (at, member) in self.members.iter_mut().enumerate() {
+                for (member, tag) in self.members.iter_mut().zip(&**self.exchange.tags()) {
                     member.events.push(abi::Event {
                         kind: abi::EVENT_POKE,
-                        object: own_id(at, poke.object),
+                        object: tag.own(poke.object),
                         value: poke.speed,
                         point: poke.point,
                         ..abi::Event::default()
@@ -709,7 +725,8 @@ impl World {
             self.tell(&module, text);
         }
         self.exchange.take(self.members.iter().map(|member| member.instance.outputs()));
-        self.publish(Frame { step, time, camera: pose, outputs: Vec::new(), flow: self.exchange.all() });
+        let (outputs, tags, flow) = (Vec::new(), self.exchange.tags().clone(), self.exchange.all());
+        self.publish(Frame { step, time, camera: pose, outputs, tags, flow });
     }
 
     /// Makes a frame the newest; the memory of one that nobody holds any more is used again.
@@ -774,9 +791,14 @@ impl Drop for World {
 
 /// Makes the instance of a module; what its plugin says about the configuration is told at its place in the
 /// scene.
-pub(crate) fn instance_of(module: &Module, config: &str, plugins: &Registry) -> Result<Instance, WorldError> {
+pub(crate) fn instance_of(
+    module: &Module,
+    config: &str,
+    assets: &Path,
+    plugins: &Registry,
+) -> Result<Instance, WorldError> {
     let plugin = plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
-    plugin.create(config).map_err(|error| match error {
+    plugin.create_among(config, assets).map_err(|error| match error {
         PluginError::Config { path, message, .. } => {
             let told = path.map_or(message.clone(), |path| format!("{path}: {message}"));
             module.create_error(&told).into()

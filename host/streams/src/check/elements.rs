@@ -4,6 +4,7 @@ use std::{fmt::Display, ops::RangeInclusive};
 
 use crate::{
     Outputs, glance,
+    identity::GREATEST_ID,
     textures::{self, TextureList},
 };
 use reef_abi as abi;
@@ -106,13 +107,23 @@ fn texture(id: u32, textures: &TextureList) -> Checked {
     fault("texture", format!("is {id}, which texture_create did not hand out, or which was destroyed"))
 }
 
+/// The id of an object of the instance's own.
+#[inline(always)]
+fn own_id(field: &'static str, id: u64) -> Checked {
+    if id == 0 {
+        return fault(field, "is 0");
+    }
+    if id > GREATEST_ID {
+        return fault(field, format!("is {id:#x}, allowed is up to {GREATEST_ID:#x}"));
+    }
+    Ok(())
+}
+
 impl Emitted for abi::Object {
     const PIECE: Option<usize> = Some(PIECE);
 
     fn check(&self, _: &Outputs) -> Checked {
-        if self.id == 0 {
-            return fault("id", "is 0");
-        }
+        own_id("id", self.id)?;
         world("origin", self.origin)?;
         finite("bounds_center", self.bounds_center)?;
         at_least("bounds_radius", self.bounds_radius, 0.0)
@@ -315,6 +326,9 @@ impl Emitted for abi::Flow {
     const PIECE: Option<usize> = None;
 
     fn check(&self, _: &Outputs) -> Checked {
+        if self.owner != 0 {
+            own_id("owner", self.owner)?;
+        }
         world("position", self.position)?;
         finite("strength", [self.strength])?;
         at_least("core", self.core, 0.0)?;
@@ -362,9 +376,7 @@ impl Emitted for abi::Actor {
     const PIECE: Option<usize> = None;
 
     fn check(&self, _: &Outputs) -> Checked {
-        if self.id == 0 {
-            return fault("id", "is 0");
-        }
+        own_id("id", self.id)?;
         world("position", self.position)?;
         finite("velocity", self.velocity)?;
         at_least("radius", self.radius, 0.0)?;

@@ -1,4 +1,4 @@
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use super::*;
 use crate::{STREAMS, glance};
@@ -20,7 +20,7 @@ fn good() -> Outputs {
     let node = |y| abi::FibreNode { position: [0.0, y, 0.0], radius: 0.01 };
     Outputs {
         objects: vec![object(1), object(2)],
-        materials: Arc::new(vec![abi::Material::default()]),
+        materials: vec![abi::Material::default()],
         fibres: vec![abi::Fibre {
             object: 1,
             first_node: 1,
@@ -230,13 +230,14 @@ fn every_kind_of_nonsense_is_refused() {
     type Spoil = fn(&mut Outputs);
     let cases: &[(&str, Spoil)] = &[
         ("object, element 0: id", |o| o.objects[0].id = 0),
+        ("object, element 0: id", |o| o.objects[0].id = 1 << 48),
         ("object, element 0: origin", |o| o.objects[0].origin[2] = f64::INFINITY),
         ("object, element 1: origin", |o| o.objects[1].origin[0] = 2e6),
         ("object, element 0: bounds_radius", |o| o.objects[0].bounds_radius = -1.0),
         ("object, element 0: bounds_center", |o| o.objects[0].bounds_center[1] = f32::NAN),
-        ("material, element 0: base", |o| Arc::make_mut(&mut o.materials)[0].base[3] = 1.5),
-        ("material, element 0: texture", |o| Arc::make_mut(&mut o.materials)[0].texture = 1),
-        ("material, element 0: glow", |o| Arc::make_mut(&mut o.materials)[0].glow = f32::NAN),
+        ("material, element 0: base", |o| o.materials[0].base[3] = 1.5),
+        ("material, element 0: texture", |o| o.materials[0].texture = 1),
+        ("material, element 0: glow", |o| o.materials[0].glow = f32::NAN),
         ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = 0.0),
         ("fibre node, element 0: radius", |o| o.fibre_nodes[0].radius = f32::INFINITY),
         ("fibre node, element 1: position", |o| o.fibre_nodes[1].position[2] = -2e5),
@@ -267,6 +268,8 @@ fn every_kind_of_nonsense_is_refused() {
         ("flow, element 0: strength", |o| o.flows[0].strength = f32::NAN),
         ("flow, element 0: modulation", |o| o.flows[0].modulation = 1.1),
         ("actor, element 0: id", |o| o.actors[0].id = 0),
+        ("actor, element 0: id", |o| o.actors[0].id = 1 << 48),
+        ("flow, element 0: owner", |o| o.flows[0].owner = 1 << 48),
         ("actor, element 0: forward", |o| o.actors[0].forward = [0.5, 0.0, 0.0]),
         ("actor, element 0: velocity", |o| o.actors[0].velocity[0] = f32::INFINITY),
         ("debug line, element 0: channel", |o| o.debug_lines[0].channel = 32),
@@ -275,7 +278,7 @@ fn every_kind_of_nonsense_is_refused() {
         ("flow, element 0: flags", |o| o.flows[0].flags = 1),
         ("actor, element 0: flags", |o| o.actors[0].flags = 1 << 31),
         ("object, element 1: spare is not zero", |o| o.objects[1].spare = 1),
-        ("material, element 0: spare", |o| Arc::make_mut(&mut o.materials)[0].spare[9] = f32::NAN),
+        ("material, element 0: spare", |o| o.materials[0].spare[9] = f32::NAN),
         ("fibre, element 0: spare", |o| o.fibres[0].spare[4] = -0.0),
         ("skinned, element 0: spare", |o| o.skinned[0].spare[4] = 1),
         ("mesh draw, element 0: spare", |o| o.mesh_draws[0].spare[1] = 1),
@@ -300,7 +303,7 @@ fn what_a_later_contract_has_is_left_out_and_told_once() {
     type Later = fn(&mut Outputs);
     let cases: &[(&str, Later)] = &[
         ("object: flags 0x1000", |o| o.objects[0].flags = abi::FLAG_NO_BLEND | 0x1000),
-        ("material: pattern 0x5", |o| Arc::make_mut(&mut o.materials)[0].pattern = 5),
+        ("material: pattern 0x5", |o| o.materials[0].pattern = 5),
         ("fibre: flags 0x80000000", |o| o.fibres[0].flags |= 1 << 31),
         ("skinned: flags 0x2", |o| o.skinned[0].flags |= 2),
         ("mesh draw: flags 0x400", |o| o.mesh_draws[1].flags |= 1024),

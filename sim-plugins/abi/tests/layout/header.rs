@@ -111,16 +111,18 @@ fn field(declaration: &str) -> Vec<Field> {
         .collect()
 }
 
-/// All `#define REEF_… value` whose value is a number; macros with arguments and `REEF_EXPORT` are none.
+/// All `#define REEF_… value` whose value is a number; macros with arguments, texts and `REEF_EXPORT` are
+/// none.
 fn constants(text: &str) -> Vec<(String, u64)> {
     let mut known: Vec<(String, u64)> = Vec::new();
     for line in text.lines() {
         let Some(rest) = line.trim().strip_prefix("#define ") else { continue };
         let Some((name, value)) = rest.split_once(' ') else { continue };
-        if name.contains('(') || name == "REEF_EXPORT" || !name.starts_with("REEF_") {
+        let plain = value.trim();
+        let is_text = plain.starts_with('"');
+        if name.contains('(') || name == "REEF_EXPORT" || is_text || !name.starts_with("REEF_") {
             continue;
         }
-        let plain = value.trim();
         let value = literal(plain).unwrap_or_else(|| panic!("{name}: `{plain}` is no number"));
         known.push((name.to_owned(), value));
     }

@@ -56,16 +56,17 @@ pub fn structs() -> Vec<Struct> {
         "reef_event" Event { kind, param, object, value, point, spare }
         "reef_step" Step { size, flags, step, time, dt, seed, simd_level, flow_count, wave_count, actor_count, obstacle_count, event_count, camera, water, heightfield, flow, waves, actors, obstacles, events }
         "reef_output" Output { size, spare, ctx, reserve, commit }
-        "reef_flow_query" FlowQuery { x, y, z, vx, vy, vz, origin, owner, count, spare }
+        "reef_flow_query" FlowQuery { x, y, z, vx, vy, vz, origin, owner, owners, count, spare }
         "reef_mesh_vertex" MeshVertex { position, normal, uv, thickness, glow, color, spare }
         "reef_mesh_level" MeshLevel { first_index, index_count, first_vertex, vertex_count, error, influences, spare }
         "reef_mesh" Mesh { name, vertices, indices, levels, rest, joints, weights, vertex_count, index_count, level_count, joint_count, influences, flags, spare }
         "reef_texture" Texture { texels, format, width, height, spare, name }
-        "reef_host" Host { size, version, ctx, worker_count, spare, log, set_error, should_stop, parallel_for, scratch, sample_flow, mesh_create, mesh_destroy, texture_create, texture_destroy, figure }
+        "reef_host" Host { size, version, ctx, worker_count, spare, log, set_error, should_stop, parallel_for, scratch, sample_flow, mesh_create, mesh_destroy, texture_create, texture_destroy, figure, asset_read, get_extension }
+        "reef_limits" Limits { size, stream_count, streams, state_bytes, scratch_bytes, textures, meshes }
         "reef_param" Param { id, kind, flags, choice_count, minimum, maximum, default_value, key, label, group, unit, help, choices, spare }
-        "reef_writer" Writer { size, spare, ctx, write }
-        "reef_reader" Reader { size, state_version, ctx, read }
-        "reef_instance" Instance { size, spare, ctx, destroy, reset, step, save_state, load_state, get_param }
+        "reef_writer" Writer { size, spare, ctx, write, expect }
+        "reef_reader" Reader { size, state_version, ctx, read, length }
+        "reef_instance" Instance { size, spare, ctx, destroy, reset, step, save_state, load_state, get_param, get_extension }
         "reef_descriptor" Descriptor { size, flags, id, name, version, vendor, description, config_schema, params, param_count, state_version, state_min_version, spare, create, traces, trace_count, spare_traces }
         "reef_entry" Entry { magic, size, version, header_hash, descriptor_count, spare, descriptors, open, close }
     }
@@ -117,6 +118,7 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         STREAM_TRACE,
         STREAM_COUNT,
         FLAG_NO_BLEND,
+        GREATEST_ID,
         PATTERN_NONE,
         PATTERN_SPOTS,
         PATTERN_BANDS,

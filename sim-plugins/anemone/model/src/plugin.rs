@@ -15,8 +15,6 @@ use crate::{
 #[derive(Debug)]
 pub struct Anemones {
     bed: Bed,
-    /// The retained materials were committed.
-    dressed: bool,
 }
 
 /// The field of a saved state that has all fibres.
@@ -154,7 +152,7 @@ impl Plugin for Anemones {
         for remark in remarks {
             host.log(reef_sdk::Level::Warn, &remark);
         }
-        Ok(Self { bed, dressed: false })
+        Ok(Self { bed })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
@@ -183,11 +181,7 @@ impl Plugin for Anemones {
         output.commit::<abi::Object>(bed.plant_count())?;
         let count = fill(output, bed.perceived_count(), bed.actors())?;
         output.commit::<abi::Actor>(count)?;
-        if !self.dressed || input.is_trial() {
-            let count = fill(output, bed.materials().len(), bed.materials().iter().copied())?;
-            output.commit::<abi::Material>(count)?;
-            self.dressed = !input.is_trial();
-        }
+        output.emit(bed.materials())?;
         let (done, saved) = bed.evaluations();
         let host = input.host();
         host.figure("flow evaluations in a step", done as f64);

@@ -32,8 +32,6 @@ pub struct Fish {
     /// Species by species.
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
-    /// The retained materials were committed.
-    dressed: bool,
     /// Of the names of the species that feel what fish carry.
     hosts: Vec<u32>,
     /// Those of them that are there.
@@ -118,7 +116,6 @@ impl Fish {
             breeds,
             wears,
             materials,
-            dressed: false,
             hosts: config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect(),
             anemones: Vec::new(),
             nodes: Vec::new(),
@@ -223,10 +220,7 @@ impl Plugin for Fish {
         output.commit::<abi::Object>(fish)?;
         output.commit::<abi::Skinned>(fish)?;
         output.commit::<abi::Joint>(joints)?;
-        if !self.dressed || input.is_trial() {
-            output.emit(&self.materials)?;
-            self.dressed = !input.is_trial();
-        }
+        output.emit(&self.materials)?;
         Brush::actors(shoal, &self.wears, output.reserve::<abi::Actor>(fish)?);
         output.commit::<abi::Actor>(fish)?;
         let carried = input.param(id::CARRIED) as f32;

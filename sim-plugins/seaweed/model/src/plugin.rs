@@ -27,8 +27,6 @@ pub struct Seaweeds {
     /// Species by species, age by age.
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
-    /// The retained materials were committed.
-    dressed: bool,
     /// Of all joints, where a recording or debug lines ask for them.
     poses: Vec<JointPose>,
     /// What the plants emit, at the panel's strength.
@@ -260,17 +258,7 @@ impl Plugin for Seaweeds {
             stocks.push(stock);
         }
         let (poses, flows) = (Vec::new(), Vec::new());
-        Ok(Self {
-            plan,
-            stand: None,
-            _meshes: meshes,
-            _stocks: stocks,
-            wears,
-            materials,
-            dressed: false,
-            poses,
-            flows,
-        })
+        Ok(Self { plan, stand: None, _meshes: meshes, _stocks: stocks, wears, materials, poses, flows })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
@@ -303,10 +291,7 @@ impl Plugin for Seaweeds {
         output.commit::<abi::Object>(objects)?;
         output.commit::<abi::Skinned>(plants)?;
         output.commit::<abi::Joint>(joints)?;
-        if !self.dressed || input.is_trial() {
-            output.emit(&self.materials)?;
-            self.dressed = !input.is_trial();
-        }
+        output.emit(&self.materials)?;
         Self::scale_flows(&mut self.flows, bed, input);
         output.emit(&self.flows)?;
 

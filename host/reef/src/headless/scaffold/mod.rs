@@ -36,12 +36,13 @@ pub struct Args {
 pub enum Language {
     /// On reef-sdk: one trait to implement, no `unsafe`.
     Rust,
-    /// Against reef_sim.h alone, which is copied into the folder.
+    /// Against reef_sim.h and reef_state.h alone, which are copied into the folder.
     C,
 }
 
 /// The contract that this program keeps; plugins in C get a copy.
 const HEADER: &str = include_str!("../../../../../sim-plugins/abi/reef_sim.h");
+const STATE_HEADER: &str = include_str!("../../../../../sim-plugins/abi/reef_state.h");
 
 /// Makes the folder, whole or not at all.
 pub fn run(common: &Common, args: &Args) -> Outcome {
@@ -122,6 +123,7 @@ fn c(name: &str) -> Files {
         ("scene.toml", filled(include_str!("templates/scene.toml.in"), name)),
         ("README.md", filled(include_str!("templates/README-c.md.in"), name)),
         ("reef_sim.h", HEADER.to_owned()),
+        ("reef_state.h", STATE_HEADER.to_owned()),
     ]
 }
 

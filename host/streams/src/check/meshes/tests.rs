@@ -14,7 +14,7 @@ pub(in crate::check) fn good() -> Outputs {
     let draw = abi::MeshDraw { mesh: 1, vertex_count: 6, ..Default::default() };
     Outputs {
         objects: vec![abi::Object { id: 1, ..Default::default() }],
-        materials: Arc::new(vec![abi::Material::default()]),
+        materials: vec![abi::Material::default()],
         skinned: vec![skinned, abi::Skinned { first_joint: 3, joint_count: 1, ..skinned }],
         joints: vec![joint; 4],
         mesh_draws: vec![draw, abi::MeshDraw { first_vertex: 6, ..draw }],
