@@ -155,8 +155,7 @@ impl Pose {
 /// Fright, hunger and love come and go; and in a crowd a fish looks less far, alone farther again.
 fn feel(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) {
     fish.fright = if wish.frightened { steer::FRIGHT } else { (fish.fright - dt).max(0.0) };
-    // No less than what it keeps from others.
-    let least = NEAREST.max(kind.mind.apart as f32).min(kind.range());
+    let least = least_reach(kind);
     let crowded = wish.count > NOTED;
     let change = if crowded { left(dt, CROWDING) } else { 1.0 / left(dt, CROWDING) };
     fish.reach = (fish.reach * change).clamp(least, kind.range());
@@ -170,6 +169,11 @@ fn feel(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) {
         (true, false) => (fish.love + dt / LONELY).min(1.0),
         (false, _) => 0.0,
     };
+}
+
+/// How far a fish takes note of its own kind in a crowd [lengths]: no less than what it keeps from others.
+pub(super) fn least_reach(kind: &Kind) -> f32 {
+    NEAREST.max(kind.mind.apart as f32).min(kind.range())
 }
 
 /// What is left of a lag after `dt` [s] with a time constant [s].

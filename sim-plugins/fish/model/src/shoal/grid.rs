@@ -55,7 +55,7 @@ impl Grid {
 
     fn along(&self, x: f32) -> u64 {
         // A cast saturates, and takes what is no number to 0.
-        ((x / self.cell).floor() as i64 + MIDDLE).clamp(0, 2 * MIDDLE - 1) as u64
+        ((x / self.cell).floor() as i64).saturating_add(MIDDLE).clamp(0, 2 * MIDDLE - 1) as u64
     }
 
     fn key(x: u64, y: u64, z: u64) -> u64 {
@@ -103,6 +103,15 @@ mod tests {
     use reef_flow::random::Random;
 
     use super::*;
+
+    #[test]
+    fn what_is_beyond_the_lattice_is_in_its_outermost_cells() {
+        let mut grid = Grid::new([1.0].into_iter());
+        let places = [f32::MAX, f32::NEG_INFINITY, 0.0];
+        let seen = |(number, x): (u32, f32)| Seen { number, at: Vec3::X * x, ..Seen::default() };
+        grid.fill((0..).zip(places).map(seen));
+        assert_eq!(grid.sorted().iter().map(|seen| seen.number).collect::<Vec<_>>(), [1, 2, 0]);
+    }
 
     #[test]
     fn all_in_range_are_found_in_an_order_of_their_places_alone() {

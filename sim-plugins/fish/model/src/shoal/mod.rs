@@ -94,7 +94,7 @@ pub struct Start {
     pub size: f64,
     /// By its number.
     pub habitat: u32,
-    /// Its anemone [m, world].
+    /// Its anemone [m, world]; counts where its species has a `home`.
     pub home: Option<DVec3>,
     /// Of its whims.
     pub seed: u64,
@@ -266,8 +266,7 @@ impl Shoal {
             shoal.tanks.push(Tank::new(kind.plan.clone(), swimmers, &headings));
             shoal.offsets.push(vec![Vec3::ZERO; own.len() * kind.plan.body().nodes().len()]);
             shoal.stepped.push(Vec::with_capacity(own.len()));
-            let range = kind.range();
-            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, range)));
+            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, kind)));
         }
         Ok(shoal)
     }
@@ -422,7 +421,7 @@ const FASTEST_WATER: f32 = 10.0;
 /// The owner of what nobody emits.
 const NOBODY: u64 = 0;
 
-fn fish(start: &Start, slot: u32, range: f32) -> Fish {
+fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
     let (cosine, sine) = reef_flow::math::cos_sin_f64(start.heading);
     // Nobody begins as hungry, or as much in love, as everybody else.
     let share = |purpose: u64| (reef_flow::random::mix(start.seed ^ purpose) >> 40) as f32 / (1 << 24) as f32;
@@ -430,7 +429,7 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         kind: start.kind,
         slot,
         habitat: start.habitat,
-        home: start.home,
+        home: start.home.filter(|_| kind.mind.home > 0.0),
         seed: start.seed,
         size: start.size,
         position: start.position,
@@ -443,7 +442,7 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         hunger: share(1),
         love: share(2),
         fright: 0.0,
-        reach: range,
+        reach: kind.range(),
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Wish {
 /// How far a fish's pitch goes [sine].
 const STEEPEST: f32 = 0.5;
 /// How fast the water between two that touch carries them apart, in lengths a second.
-const CARRIES: f32 = 1.0;
+pub(super) const CARRIES: f32 = 1.0;
 /// How long a whim lasts [s].
 const WHIM: f64 = 4.0;
 /// Weight of fear, hunger and love beside the others.
