@@ -82,7 +82,7 @@ impl Shoal {
             state.minds.extend(fish.course.to_array());
             state.minds.push(fish.speed);
             state.minds.extend(fish.water.to_array());
-            state.minds.extend([swimmer.phase, fish.since]);
+            state.minds.extend([fish.phase, fish.since]);
             state.minds.extend(fish.bias);
             state.minds.extend([fish.hunger, fish.love, fish.fright, fish.reach]);
             let offsets = &self.offsets[fish.kind as usize][slot * count..(slot + 1) * count];
@@ -135,7 +135,7 @@ impl Shoal {
             let swimmer = &mut tank.swimmers_mut()[slot];
             swimmer.origin = DVec3::from_slice(&place[3..6]);
             swimmer.water = DVec3::from_slice(&place[6..]);
-            swimmer.phase = mind[7];
+            (swimmer.phase, fish.phase) = (mind[7], mind[7]);
             let (positions, velocities) = tank.nodes_mut(slot);
             let count = positions.len();
             let offsets = &mut self.offsets[fish.kind as usize][slot * count..(slot + 1) * count];
