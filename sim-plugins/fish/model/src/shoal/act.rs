@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     frames::{axes, base},
-    gait::Gait,
+    gait::{Gait, Moment},
     lanes::WIDTH,
     material::Drive,
     tank::Tank,
@@ -57,7 +57,7 @@ impl Shoal {
                 if fish.called {
                     called[0] = true;
                 } else {
-                    glide(fish, &kinds[number].gait, wish, dt);
+                    glide(fish, wish, dt);
                 }
             }
         });
@@ -88,8 +88,10 @@ impl Shoal {
                     let place = self.firsts[kind] as usize + self.grids[kind].place(slot as usize);
                     let (fish, wish) = (&mut self.fish[number], &self.wishes[place]);
                     // Its wish is a body's: in this step it goes on as it does.
-                    let wish = Wish { way: fish.course, speed: fish.speed, ..*wish };
-                    glide(fish, &self.kinds[kind].gait, &wish, dt);
+                    let beat = self.kinds[kind].gait.beat(f64::from(fish.speed) / fish.size);
+                    let beats = beat as f32 * dt;
+                    let wish = Wish { way: fish.course, speed: fish.speed, beats, ..*wish };
+                    glide(fish, &wish, dt);
                     continue;
                 }
                 self.stepped[kind].push(slot);
@@ -139,15 +141,15 @@ impl Shoal {
         let slot = fish.slot as usize;
         let nodes = kind.plan.body().nodes().len();
         let offsets = &self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
-        let pose = Pose::of(fish);
+        let pose = Pose::of(fish, &kind.gait);
         let beat = kind.gait.beat(f64::from(fish.speed) / fish.size) as f32;
-        let next = Pose { phase: pose.phase + PHASE, ..pose };
+        let next = Pose::later(fish, &kind.gait, PHASE);
         let carried = (fish.course * fish.speed + fish.water) / fish.size as f32;
         let (positions, velocities) = tank.nodes_mut(slot);
         for (node, ((x, v), offset)) in positions.iter_mut().zip(velocities).zip(offsets).enumerate() {
-            let at = pose.node(&kind.gait, node);
+            let at = pose.node(node);
             *x = (at + pose.turned(*offset) * pose.fade).to_array();
-            *v = (carried + (next.node(&kind.gait, node) - at) * (beat / PHASE)).to_array();
+            *v = (carried + (next.node(node) - at) * (beat / PHASE)).to_array();
         }
         let swimmer = &mut tank.swimmers_mut()[slot];
         (swimmer.origin, swimmer.phase) = (fish.position, fish.phase);
@@ -163,10 +165,10 @@ impl Shoal {
         let nodes = kind.plan.body().nodes().len();
         let offsets = &mut self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
         let swimmer = &tank.swimmers()[slot];
-        let pose = Pose::of(fish);
+        let pose = Pose::of(fish, &kind.gait);
         let origin = ((swimmer.origin - fish.position) / fish.size).as_vec3();
         for (node, (offset, at)) in offsets.iter_mut().zip(tank.positions(slot)).enumerate() {
-            *offset = pose.turned_back(Vec3::from(*at) + origin - pose.node(&kind.gait, node));
+            *offset = pose.turned_back(Vec3::from(*at) + origin - pose.node(node));
         }
         fish.near = false;
         fish.since = 0.0;
@@ -175,29 +177,33 @@ impl Shoal {
 
 /// A far fish's pose by its gait, around its centre at the species' size.
 #[derive(Clone, Copy)]
-pub(super) struct Pose {
+pub(super) struct Pose<'a> {
     base: Mat3,
-    phase: f32,
-    /// At the species' size [m/s].
-    speed: f32,
+    gait: &'a Gait,
+    moment: Moment,
     /// How much of what it was off the gait is left.
     pub(super) fade: f32,
 }
 
-impl Pose {
-    pub(super) fn of(fish: &Fish) -> Self {
+impl<'a> Pose<'a> {
+    pub(super) fn of(fish: &Fish, gait: &'a Gait) -> Self {
+        Self::later(fish, gait, 0.0)
+    }
+
+    /// After so many beats more.
+    fn later(fish: &Fish, gait: &'a Gait, beats: f32) -> Self {
         let [x, y, z] = base(fish.course, Vec3::Y);
         let left = 1.0 - (fish.since / BLEND).min(1.0);
         Self {
             base: Mat3::from_cols(x, y, z),
-            phase: fish.phase,
-            speed: fish.speed / fish.size as f32,
+            gait,
+            moment: gait.moment(fish.phase + beats, fish.speed / fish.size as f32),
             fade: left * left * (3.0 - 2.0 * left),
         }
     }
 
-    pub(super) fn node(&self, gait: &Gait, node: usize) -> Vec3 {
-        self.base * gait.node(node, self.phase, self.speed)
+    pub(super) fn node(&self, node: usize) -> Vec3 {
+        self.base * self.gait.node(node, &self.moment)
     }
 
     pub(super) fn turned(&self, v: Vec3) -> Vec3 {
@@ -240,10 +246,9 @@ pub(super) fn left(dt: f32, time: f32) -> f32 {
 }
 
 /// Moves a point: its wish is what it does.
-fn glide(fish: &mut Fish, gait: &Gait, wish: &Wish, dt: f32) {
+fn glide(fish: &mut Fish, wish: &Wish, dt: f32) {
     (fish.course, fish.speed) = (wish.way, wish.speed);
-    let beat = gait.beat(f64::from(fish.speed) / fish.size) as f32;
-    fish.phase += beat * dt;
+    fish.phase += wish.beats;
     fish.phase -= fish.phase.floor();
     let velocity = fish.course * fish.speed + fish.water;
     fish.position += velocity.as_dvec3() * f64::from(dt);

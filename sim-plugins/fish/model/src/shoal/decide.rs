@@ -2,7 +2,11 @@
 
 use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3};
-use reef_flow::{Field, Level, Packed, Sphere, simd::splat, velocity8};
+use reef_flow::{
+    Field, Level, Packed, Sphere,
+    simd::{prefetch, splat},
+    velocity8,
+};
 use reef_sdk::abi::Obstacle;
 
 use super::{
@@ -14,7 +18,7 @@ use super::{
     turn::Pace,
     walls::{self, Body, Off},
 };
-use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store, store3, sub};
+use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
 
 /// Side of the cells that share their water and their rocks [m].
 const CELL: f32 = 4.0;
@@ -28,6 +32,8 @@ pub(super) struct Wish {
     pub(super) speed: f32,
     /// Of the water around it, and of that which carries it off what it touches [m/s].
     pub(super) water: Vec3,
+    /// By how much of a beat a point goes on.
+    pub(super) beats: f32,
     /// Of what follows.
     pub(super) is: u32,
 }
@@ -141,6 +147,11 @@ fn eight_wishes<S: Simd>(
     let places = first..first + wishes.len();
     let eight = gathered(simd, grid, first, wishes.len());
     let numbers = scene.firsts[kind];
+    // Fish are where their numbers say: those of the next eight are asked for.
+    for slot in grid.slots.iter().skip(places.end).take(8) {
+        let fish = (numbers + slot) as usize;
+        prefetch(&scene.fish[fish..=fish]);
+    }
     let mut bounds = [[Lane::default(); 3]; 2];
     let mut point = Lane::default();
     for lane in 0..8 {
@@ -179,12 +190,13 @@ fn eight_wishes<S: Simd>(
     let speed = point.select(pace.speed(simd, is, wish.speed), wish.speed);
     let turned = pace.course(simd, eight.course, wish.way);
     let way = crate::lanes::select(point, turned, wish.way);
-    scatter(&wish, (way, speed, add(wish.push, water)), wishes);
+    let beats = pace.beats(simd, habits, eight.length, speed);
+    scatter(&wish, (way, add(wish.push, water)), [speed, beats], wishes);
 }
 
 /// Eight fish from a place on, of whom `count` are there.
 #[inline(always)]
-fn gathered<S: Simd>(simd: S, grid: &Grid, first: usize, count: usize) -> Eight<S> {
+pub(super) fn gathered<S: Simd>(simd: S, grid: &Grid, first: usize, count: usize) -> Eight<S> {
     let of = |values: &[f32]| eight_of(simd, &values[first..first + count]);
     let (mut place, mut slot) = (Lane::default(), Lane::default());
     for lane in 0..8 {
@@ -326,13 +338,14 @@ fn add_off(off: &Off, lane: usize, [urge, push]: [&mut [Lane; 3]; 2]) {
 #[inline(always)]
 fn scatter<S: Simd>(
     wish: &Wishes<S>,
-    (way, speed, water): (Vector<S>, f32x8<S>, Vector<S>),
+    (way, water): (Vector<S>, Vector<S>),
+    [speed, beats]: [f32x8<S>; 2],
     wishes: &mut [Wish],
 ) {
-    let (mut ways, mut waters, mut speeds) = ([Lane::default(); 3], [Lane::default(); 3], Lane::default());
+    let (mut ways, mut waters) = ([Lane::default(); 3], [Lane::default(); 3]);
+    let [speed, beats]: [[f32; 8]; 2] = [speed.into(), beats.into()];
     store3(&mut ways, way);
     store3(&mut waters, water);
-    store(&mut speeds, speed);
     let flags = [
         (wish.caught.to_bitmask(), CAUGHT),
         (wish.mated.to_bitmask(), MATED),
@@ -342,6 +355,7 @@ fn scatter<S: Simd>(
     for (lane, into) in wishes.iter_mut().enumerate() {
         let of = |lanes: &[Lane; 3]| Vec3::new(lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]);
         let is = flags.iter().filter(|(bits, _)| bits >> lane & 1 == 1).map(|(_, flag)| flag).sum();
-        *into = Wish { way: of(&ways), speed: speeds.0[lane], water: of(&waters), is };
+        let (speed, beats) = (speed[lane], beats[lane]);
+        *into = Wish { way: of(&ways), speed, water: of(&waters), beats, is };
     }
 }

@@ -12,6 +12,8 @@ pub(super) struct Habits {
     pub(super) top: f32,
     pub(super) beat: f32,
     pub(super) turn: f32,
+    /// How its beat rises with its speed, from none.
+    pub(super) beats: Vec<Rise>,
     /// How far it sees, in lengths.
     pub(super) range: f32,
     /// See [`crate::species::Mind`].
@@ -26,6 +28,25 @@ pub(super) struct Habits {
     /// Kinds that it hunts, and kinds that hunt it.
     pub(super) prey: Vec<u32>,
     pub(super) hunters: Vec<u32>,
+}
+
+/// How much faster a fish beats for each length a second between two speeds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rise {
+    /// Lengths a second.
+    pub(super) from: f32,
+    pub(super) until: f32,
+    /// [1]
+    pub(super) slope: f32,
+}
+
+impl Rise {
+    /// Between two known pairs of a beat [Hz] and a speed [m/s].
+    fn of(pair: &[[f64; 2]], length: f64) -> Self {
+        let [[slow, from], [fast, until]] = [pair[0], pair[1]];
+        let slope = (fast - slow) / (until - from) * length;
+        Self { from: (from / length) as f32, until: (until / length) as f32, slope: slope as f32 }
+    }
 }
 
 impl Habits {
@@ -46,6 +67,7 @@ impl Habits {
             top: (kind.gait.top_speed() / length) as f32,
             beat: kind.gait.top_beat() as f32,
             turn: kind.gait.fastest_turn() as f32,
+            beats: kind.gait.speeds().windows(2).map(|pair| Rise::of(pair, length)).collect(),
             range: kind.range(),
             apart: mind.apart as f32,
             separation: mind.separation as f32,

@@ -8,6 +8,7 @@
 //! who runs a chunk.
 
 mod act;
+pub mod bare;
 mod carry;
 mod decide;
 mod grid;

@@ -2,15 +2,15 @@
 //! and Terzopoulos 1994, §5; thesis, chapter 2). Lanes go over eight fish of a kind that are near each other;
 //! whom any of them may see is found once for all eight, and each takes those in their order.
 
-use fearless_simd::{Select, Simd, SimdMask, f32x8, prelude::*};
+use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
-use reef_flow::simd::{mul_add, splat};
+use reef_flow::simd::{mul_add, neg_mul_add, splat};
 
 use super::{
     grid::{Grid, Run, Runs},
     habits::Habits,
 };
-use crate::lanes::{Vector, add, add_scaled, dot, scale, select, sub, sub_scaled};
+use crate::lanes::{Vector, add_scaled, dot, scale, select, sub, sub_scaled};
 
 /// Square of the cosine of the angle from its course beyond which a fish sees nothing: 150 degrees.
 const BEHIND2: f32 = 0.75;
@@ -18,6 +18,8 @@ const BEHIND2: f32 = 0.75;
 const CROWDED: f32 = 2.0;
 /// A fish keeps from others at least so many of both their widths.
 const WIDTHS: f32 = 1.5;
+/// A fish keeps off whoever is nearer than a tenth of the way that it keeps as if they were that far.
+const STRONGEST: f32 = 10.0;
 /// Two nearer than this are in the same place [m].
 const SAME: f32 = 1e-6;
 /// Of so many of its own kind at most a fish takes note: in a dense shoal it looks less far.
@@ -156,12 +158,12 @@ impl<S: Simd> Nearest<S> {
 
     /// Who is there.
     #[inline(always)]
-    pub(super) fn is_there(&self, simd: S) -> fearless_simd::mask32x8<S> {
+    pub(super) fn is_there(&self, simd: S) -> mask32x8<S> {
         self.squared.simd_lt(splat(simd, NOBODY))
     }
 
     #[inline(always)]
-    fn take(&mut self, mask: fearless_simd::mask32x8<S>, way: Vector<S>, squared: f32x8<S>) {
+    fn take(&mut self, mask: mask32x8<S>, way: Vector<S>, squared: f32x8<S>) {
         let nearer = mask & squared.simd_lt(self.squared);
         self.squared = nearer.select(squared, self.squared);
         self.way = select(nearer, way, self.way);
@@ -189,8 +191,8 @@ impl<S: Simd> Sight<S> {
 
 /// Whether what is `ahead` along the course and so far off is not behind.
 #[inline(always)]
-fn seen<S: Simd>(simd: S, ahead: f32x8<S>, squared: f32x8<S>) -> fearless_simd::mask32x8<S> {
-    ahead.simd_ge(splat(simd, 0.0)) | (ahead * ahead).simd_le(squared * splat(simd, BEHIND2))
+fn seen<S: Simd>(simd: S, ahead: f32x8<S>, squared: f32x8<S>) -> mask32x8<S> {
+    mul_add(ahead, ahead.abs(), squared * splat(simd, BEHIND2)).simd_ge(splat(simd, 0.0))
 }
 
 /// Takes note of those of their own kind within `reach` [m].
@@ -204,11 +206,14 @@ pub(super) fn own<S: Simd>(
     sight: &mut Sight<S>,
 ) {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let none = [zero; 3];
     let reach2 = reach * reach;
     let close = close(simd, habits, eight, habits.width * grid.longest(), true);
     let close2 = close * close;
+    // Each sees itself, too.
+    sight.count -= one;
+    sight.courses = sub(sight.courses, eight.course);
     let courting = habits.mating && eight.courts.simd_gt(zero).any_true();
+    let keeps = keeps(simd, habits, eight);
     let mut search = Search::new(grid, eight, reach);
     loop {
         let Lists { near, close } = &mut *lists;
@@ -221,19 +226,19 @@ pub(super) fn own<S: Simd>(
             let other = *number as usize;
             let way = sub(place_of(simd, grid, other), eight.at);
             let squared = dot(way, way);
-            let here = squared.simd_le(reach2) & eight.place.simd_ne(splat(simd, *number as f32));
-            let seen = here & seen(simd, dot(way, eight.course), squared);
-            sight.count += seen.select(one, zero);
+            let here = squared.simd_le(reach2);
+            let counts = (here & seen(simd, dot(way, eight.course), squared)).select(one, zero);
             let [x, y, z] = &grid.course;
             let course = [splat(simd, x[other]), splat(simd, y[other]), splat(simd, z[other])];
-            sight.courses = add(sight.courses, select(seen, course, none));
-            sight.ways = add(sight.ways, select(seen, way, none));
+            sight.count += counts;
+            sight.courses = add_scaled(sight.courses, course, counts);
+            sight.ways = add_scaled(sight.ways, way, counts);
             close[too_near] = *number;
-            too_near += usize::from((here & squared.simd_lt(close2)).any_true());
+            too_near += usize::from(squared.simd_lt(close2).any_true());
         }
         let them = Others { habits, width: habits.width, avoids: true, same: true, before: false };
         for number in &close[..too_near] {
-            keep_off(simd, grid, &them, eight, reach2, *number as usize, sight);
+            keep_off(simd, grid, &them, eight, reach2, *number as usize, keeps, sight);
         }
         if courting {
             for number in &near[..count] {
@@ -311,6 +316,7 @@ pub(super) fn strangers<S: Simd>(
 ) {
     let reach = close(simd, them.habits, eight, them.width * grid.longest(), them.avoids).min(reach);
     let reach2 = reach * reach;
+    let keeps = keeps(simd, them.habits, eight);
     let mut search = Search::new(grid, eight, reach);
     loop {
         let count = search.more(simd, eight, reach2, &mut lists.near);
@@ -318,9 +324,16 @@ pub(super) fn strangers<S: Simd>(
             break;
         }
         for number in &lists.near[..count] {
-            keep_off(simd, grid, them, eight, reach2, *number as usize, sight);
+            keep_off(simd, grid, them, eight, reach2, *number as usize, keeps, sight);
         }
     }
+}
+
+/// How far eight fish keep from others that are not wider [m], and one over it.
+#[inline(always)]
+fn keeps<S: Simd>(simd: S, habits: &Habits, eight: &Eight<S>) -> (f32x8<S>, f32x8<S>) {
+    let keep = eight.length * splat(simd, habits.apart);
+    (keep, splat(simd, 1.0) / keep)
 }
 
 /// Keeps off one other fish within a reach.
@@ -332,6 +345,7 @@ fn keep_off<S: Simd>(
     eight: &Eight<S>,
     reach2: f32x8<S>,
     other: usize,
+    keeps: (f32x8<S>, f32x8<S>),
     sight: &mut Sight<S>,
 ) {
     let (zero, one, half) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.5));
@@ -364,11 +378,16 @@ fn keep_off<S: Simd>(
     }
     if them.avoids {
         let ahead = dot(way, eight.course);
-        let keep = (eight.length * splat(simd, them.habits.apart)).max(touching * splat(simd, WIDTHS));
+        let (mut keep, mut per) = keeps;
+        let wide = touching * splat(simd, WIDTHS);
+        if wide.simd_gt(keep).any_true() {
+            keep = keep.max(wide);
+            per = one / keep;
+        }
         let avoided = here & seen(simd, ahead, squared) & distance.simd_lt(keep);
-        let strength = keep / distance.max(keep * splat(simd, 0.1)) - one;
-        sight.apart = add_scaled(sight.apart, toward, avoided.select(-strength, zero));
-        let blocked = ahead * inverse * (one - distance / keep);
+        let strength = (keep * inverse).min(splat(simd, STRONGEST)) - one;
+        sight.apart = sub_scaled(sight.apart, toward, avoided.select(strength, zero));
+        let blocked = ahead * inverse * neg_mul_add(distance, per, one);
         sight.blocked = sight.blocked.max(avoided.select(blocked, zero));
     }
 }

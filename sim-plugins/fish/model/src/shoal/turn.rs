@@ -3,10 +3,14 @@
 use fearless_simd::{Select, Simd, f32x8, prelude::*};
 use reef_flow::{
     math::sin_cos,
-    simd::{mul_add, splat},
+    simd::{clamp, mul_add, splat},
 };
 
-use super::{act::left, habits::Habits, steer};
+use super::{
+    act::left,
+    habits::{Habits, Rise},
+    steer,
+};
 use crate::lanes::{Vector, add, add_scaled, dot, scale, select, sub, sub_scaled, unit_or};
 
 /// In which time a fish would turn all the way to where it wants to go, were it not bounded, in beats at its
@@ -34,6 +38,7 @@ pub(super) struct Pace {
     /// Share of an angle that is turned, and the greatest turn [rad].
     turning: f32,
     most: f32,
+    dt: f32,
 }
 
 impl Pace {
@@ -43,6 +48,7 @@ impl Pace {
             speeding: 1.0 - left(dt, SPEEDING / habits.beat),
             turning: habits.beat / TURNING * dt,
             most: habits.turn * dt,
+            dt,
         }
     }
 
@@ -50,6 +56,24 @@ impl Pace {
     #[inline(always)]
     pub(super) fn speed<S: Simd>(&self, simd: S, is: f32x8<S>, wanted: f32x8<S>) -> f32x8<S> {
         mul_add(wanted - is, splat(simd, self.speeding), is)
+    }
+
+    /// By how much of a beat fish go on at a speed [m/s].
+    #[inline(always)]
+    pub(super) fn beats<S: Simd>(
+        &self,
+        simd: S,
+        habits: &Habits,
+        length: f32x8<S>,
+        speed: f32x8<S>,
+    ) -> f32x8<S> {
+        let (zero, lengths) = (splat(simd, 0.0), speed / length);
+        let mut beat = zero;
+        for Rise { from, until, slope } in &habits.beats {
+            let part = clamp(lengths, splat(simd, *from), splat(simd, *until)) - splat(simd, *from);
+            beat = mul_add(part, splat(simd, *slope), beat);
+        }
+        beat * splat(simd, self.dt)
     }
 
     /// The course after the step. Both are unit vectors.
@@ -89,6 +113,7 @@ mod tests {
     use reef_flow::{Level, random::Random};
 
     use super::*;
+    use crate::{shoal::Kind, species::Species};
 
     fn turned(pace: Pace, course: Vec3, way: Vec3) -> (Vec3, f32) {
         reef_flow::dispatch!(Level::best(), simd => {
@@ -103,7 +128,7 @@ mod tests {
     fn a_point_turns_by_its_share_of_the_angle_and_no_faster_than_its_body() {
         let mut random = Random::new(5, 5);
         let mut unit = || Vec3::from([(); 3].map(|()| random.signed() as f32)).normalize();
-        let pace = Pace { speeding: 0.1, turning: 0.05, most: 0.04 };
+        let pace = Pace { speeding: 0.1, turning: 0.05, most: 0.04, dt: 0.5 };
         for i in 0..2000 {
             let course = unit();
             // Some of them are nearly where they want to go.
@@ -123,8 +148,26 @@ mod tests {
     }
 
     #[test]
+    fn a_point_beats_as_its_gait_says() {
+        let kind = Kind::new(&Species::default(), Vec::new()).expect("a kind");
+        let (pace, length) =
+            (Pace { speeding: 0.1, turning: 0.05, most: 0.04, dt: 0.5 }, 1.5 * kind.length());
+        let habits = Habits::of(core::slice::from_ref(&kind)).remove(0);
+        for share in [-0.1, 0.0, 0.03, 0.2, 0.5, 0.77, 1.0, 1.3] {
+            let speed = share * kind.gait.top_speed();
+            let beats = reef_flow::dispatch!(Level::best(), simd => {
+                let (length, speed) = (splat(simd, length as f32), splat(simd, 1.5 * speed as f32));
+                let all: [f32; 8] = pace.beats(simd, &habits, length, speed).into();
+                all[7]
+            });
+            let wanted = 0.5 * kind.gait.beat(speed);
+            assert!((f64::from(beats) - wanted).abs() < 1e-5, "{beats} at {speed}, not {wanted}");
+        }
+    }
+
+    #[test]
     fn what_is_right_behind_is_turned_to_by_the_side() {
-        let pace = Pace { speeding: 0.1, turning: 0.05, most: 0.04 };
+        let pace = Pace { speeding: 0.1, turning: 0.05, most: 0.04, dt: 0.5 };
         let (after, angle) = turned(pace, Vec3::X, -Vec3::X);
         assert!((angle - core::f32::consts::PI).abs() < 1e-6);
         assert!((after.z - 0.04_f32.sin()).abs() < 1e-6 && after.y == 0.0, "{after}");
