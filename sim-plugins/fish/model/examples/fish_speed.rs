@@ -10,7 +10,7 @@ use reef_fish_model::{
     bare::Bare,
     body::{Body, Profile},
     material::{Beat, Drive, Material, Method},
-    shoal::{Habitat, Kind, Shoal, Start, Surroundings},
+    shoal::{Habitat, Kind, Shoal, Start, Surroundings, bare::Bare as BarePoints},
     species::Species,
     tank::{Stepping, Swimmer, Tank},
 };
@@ -29,10 +29,14 @@ fn shortest(runs: usize, mut run: impl FnMut()) -> f64 {
     (0..runs).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// So many fish of the default species in water of four cubic lengths each.
+/// Cubic lengths of water that each fish of a shoal begins with.
+const WATER: f64 = 2.0;
+
+/// So many fish of the default species.
 fn shoal(count: usize) -> Shoal {
     let kind = Kind::new(&Species::default(), Vec::new()).expect("the default species");
-    let side = kind.length() * (4.0 * count as f64).cbrt();
+    // They begin in the middle of it.
+    let side = kind.length() * (WATER * count as f64).cbrt() / 0.8;
     let low = DVec3::new(0.0, -100.0, 0.0);
     let start = |i: usize| {
         let place = |factor: f64| 0.1 + 0.8 * (i as f64 * factor).fract();
@@ -88,6 +92,14 @@ fn main() {
                 100.0 * speed / ceiling
             );
         }
+        let kind = Kind::new(&Species::default(), Vec::new()).expect("the default species");
+        let mut bare = BarePoints::new(&kind, 5 * count, WATER);
+        let time = shortest(20, || bare.step(level));
+        println!(
+            "  bare points: {:.2} M fish-steps/s, {:.0} neighbours each",
+            bare.count() as f64 / time * 1e-6,
+            bare.noted()
+        );
         for (name, near, count) in [("points", 0.0, 5 * count), ("bodies", 1e9, count)] {
             let mut shoal = shoal(count);
             let around = around(near, level);

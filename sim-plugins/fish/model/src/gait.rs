@@ -178,6 +178,11 @@ impl Gait {
         self.speeds[self.speeds.len() - 1][0]
     }
 
+    /// Beats [Hz] and speeds through the water [m/s] that rise together, from none.
+    pub(crate) fn speeds(&self) -> &[[f64; 2]] {
+        &self.speeds
+    }
+
     /// How often it beats at a speed [m/s]: at most as often as at its top speed [Hz].
     pub fn beat(&self, speed: f64) -> f64 {
         let place = self.speeds.partition_point(|known| known[1] < speed).clamp(1, self.speeds.len() - 1);
@@ -191,20 +196,39 @@ impl Gait {
         self.yaw_rate.abs() * self.turn
     }
 
-    /// Where a node is, around the fish's course at the species' own size [m], at a phase [beats] and a speed
-    /// [m/s].
-    pub fn node(&self, node: usize, phase: f32, speed: f32) -> Vec3 {
+    /// What its shape is like at a phase [beats] and a speed [m/s].
+    pub fn moment(&self, phase: f32, speed: f32) -> Moment {
         let place =
             self.speeds.partition_point(|known| known[1] < f64::from(speed)).clamp(1, self.speeds.len() - 1);
         let [slow, fast] = [self.speeds[place - 1][1] as f32, self.speeds[place][1] as f32];
-        let share = ((speed - slow) / (fast - slow)).clamp(0.0, 1.0);
         let at = (phase - phase.floor()) * PHASES as f32;
-        let (first, between) = (at as usize % PHASES, at - at.floor());
-        let of =
-            |beat: usize, phase: usize| self.shapes[(beat * PHASES + phase % PHASES) * self.nodes + node];
-        let shape = |beat| of(beat, first).lerp(of(beat, first + 1), between);
-        shape(place - 1).lerp(shape(place), share)
+        let (first, next) = (at as usize % PHASES, (at as usize + 1) % PHASES);
+        let shape = |beat: usize, phase: usize| (beat * PHASES + phase) * self.nodes;
+        Moment {
+            slow: [shape(place - 1, first), shape(place - 1, next)],
+            fast: [shape(place, first), shape(place, next)],
+            between: at - at.floor(),
+            share: ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
+        }
     }
+
+    /// Where a node is at a moment, around the fish's course at the species' own size [m].
+    pub fn node(&self, node: usize, moment: &Moment) -> Vec3 {
+        let shape = |[first, next]: [usize; 2]| {
+            self.shapes[first + node].lerp(self.shapes[next + node], moment.between)
+        };
+        shape(moment.slow).lerp(shape(moment.fast), moment.share)
+    }
+}
+
+/// Which shapes are mixed, and by which shares.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// Where the shapes of the slower beat begin, before and after the phase; and those of the faster one.
+    slow: [usize; 2],
+    fast: [usize; 2],
+    between: f32,
+    share: f32,
 }
 
 /// The angle of (x, y) [rad], the same bytes on every machine.

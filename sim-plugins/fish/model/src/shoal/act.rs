@@ -3,10 +3,18 @@
 
 use glam::{DVec3, Mat3, Vec3};
 
-use super::{Fish, Kind, Shoal, Surroundings, Wish, perceive::NOTED, steer};
+use reef_sdk::{Chunks, Parts};
+
+use super::{
+    Fish, Kind, Shoal, Surroundings, Wish,
+    decide::{CAUGHT, CROWDED, FRIGHTENED, MATED},
+    steer,
+    turn::TURNING,
+};
 use crate::{
     frames::{axes, base},
-    gait::Gait,
+    gait::{Gait, Moment},
+    lanes::WIDTH,
     material::Drive,
     tank::Tank,
 };
@@ -15,12 +23,8 @@ use crate::{
 pub(super) const BLEND: f32 = 0.5;
 /// A body goes over into a point this much farther than where points get bodies.
 const SLACK: f64 = 1.15;
-/// In which time a fish would turn all the way to where it wants to go, were it not bounded, in beats at its
-/// fastest; and its muscles' bias follows in a share of it.
-const TURNING: f32 = 2.0;
+/// A body's muscles' bias follows in a share of a beat.
 const BIAS: f32 = 0.5;
-/// In which time its speed follows [s over its top beat].
-const SPEEDING: f32 = 3.0;
 /// Hunger and love come up in these times [s].
 const HUNGRY: f32 = 60.0;
 const LONELY: f32 = 120.0;
@@ -30,48 +34,103 @@ const NEAREST: f32 = 1.5;
 /// Step between two phases by which the gait's velocities are found [beats].
 const PHASE: f32 = 1.0 / 64.0;
 
+/// Fish that one job moves.
+pub(super) const CHUNK: usize = 256;
+
 impl Shoal {
     /// Moves all fish by what they want.
     pub(super) fn act(&mut self, around: &Surroundings<'_>) {
         let dt = around.dt as f32;
-        for i in 0..self.wishes.len() {
-            let wish = self.wishes[i];
-            let number = wish.number as usize;
-            let distance = self.fish[number].position.distance(around.eye);
-            let near = self.fish[number].near;
-            if !near && distance < around.near {
-                self.embody(number);
-            } else if near && distance > around.near * SLACK {
-                self.disembody(number);
+        let (crowd, alone) = (left(dt, CROWDING), 1.0 / left(dt, CROWDING));
+        let Self { fish, kinds, grids, firsts, wishes, called, .. } = self;
+        let (kinds, grids, firsts, wishes) = (&*kinds, &*grids, &*firsts, &*wishes);
+        let split = (Chunks::new(fish, CHUNK), Chunks::new(called, 1));
+        around.workers.for_each_part(split, |_, (fish, called)| {
+            called[0] = false;
+            for fish in fish {
+                let number = fish.kind as usize;
+                let place = grids[number].place(fish.slot as usize);
+                let wish = &wishes[firsts[number] as usize + place];
+                feel(fish, &kinds[number], wish, dt, [crowd, alone]);
+                fish.water = wish.water;
+                fish.called = fish.near || fish.position.distance(around.eye) < around.near;
+                if fish.called {
+                    called[0] = true;
+                } else {
+                    glide(fish, wish, dt);
+                }
             }
-            let fish = &mut self.fish[number];
-            let kind = &self.kinds[fish.kind as usize];
-            let swimmer = &mut self.tanks[fish.kind as usize].swimmers_mut()[fish.slot as usize];
-            feel(fish, kind, &wish, dt);
-            fish.water = wish.water;
-            if fish.near {
-                swimmer.water = wish.water.as_dvec3();
-                swimmer.drive = drive(fish, kind, &wish, dt);
-            } else {
-                glide(fish, &kind.gait, &wish, dt);
-                let beat = kind.gait.beat(f64::from(fish.speed) / fish.size) as f32;
-                swimmer.phase += beat * dt;
-                swimmer.phase -= swimmer.phase.floor();
+        });
+        self.change(around, dt);
+        for number in 0..self.kinds.len() {
+            self.swim(number, around, dt);
+        }
+    }
+
+    /// Points that have come near get bodies, bodies that have gone far become points.
+    fn change(&mut self, around: &Surroundings<'_>, dt: f32) {
+        self.stepped.iter_mut().for_each(Vec::clear);
+        for chunk in 0..self.called.len() {
+            if !self.called[chunk] {
+                continue;
+            }
+            let all = chunk * CHUNK..self.fish.len().min((chunk + 1) * CHUNK);
+            for number in all {
+                let fish = &self.fish[number];
+                let (kind, slot) = (fish.kind as usize, fish.slot);
+                if !fish.called {
+                    continue;
+                }
+                if !fish.near {
+                    self.embody(number);
+                } else if fish.position.distance(around.eye) > around.near * SLACK {
+                    self.disembody(number);
+                    let place = self.firsts[kind] as usize + self.grids[kind].place(slot as usize);
+                    let (fish, wish) = (&mut self.fish[number], &self.wishes[place]);
+                    // Its wish is a body's: in this step it goes on as it does.
+                    let beat = self.kinds[kind].gait.beat(f64::from(fish.speed) / fish.size);
+                    let beats = beat as f32 * dt;
+                    let wish = Wish { way: fish.course, speed: fish.speed, beats, ..*wish };
+                    glide(fish, &wish, dt);
+                    continue;
+                }
+                self.stepped[kind].push(slot);
             }
         }
-        for ((stepped, first), tank) in self.stepped.iter_mut().zip(&self.firsts).zip(&self.tanks) {
-            let first = *first as usize;
-            let own = &self.fish[first..first + tank.swimmers().len()];
-            stepped.clear();
-            stepped.extend(own.iter().filter(|fish| fish.near).map(|fish| fish.slot));
+    }
+
+    /// The bodies of a kind ask their muscles.
+    fn swim(&mut self, number: usize, around: &Surroundings<'_>, dt: f32) {
+        let Self { fish, kinds, grids, tanks, firsts, stepped, wishes, eights, .. } = self;
+        let (kind, grid, tank, stepped) =
+            (&kinds[number], &grids[number], &mut tanks[number], &stepped[number]);
+        if stepped.is_empty() {
+            return;
         }
-        for ((tank, kind), stepped) in self.tanks.iter_mut().zip(&self.kinds).zip(&self.stepped) {
-            tank.step(stepped, around.dt, &kind.gait.stepping, around.level, around.workers);
-        }
-        for fish in self.fish.iter_mut().filter(|fish| fish.near) {
-            let kind = &self.kinds[fish.kind as usize];
-            follow(fish, kind, &self.tanks[fish.kind as usize], dt);
-        }
+        let first = firsts[number] as usize;
+        let (fish, wishes) = (&mut fish[first..first + grid.len()], &wishes[first..]);
+        eights.clear();
+        eights.extend(stepped.chunks(WIDTH).map(|eight| eight[0] as usize));
+        eights[0] = 0;
+        eights.push(fish.len());
+        let eights = &*eights;
+        let of = |part: usize| stepped[part * WIDTH..stepped.len().min((part + 1) * WIDTH)].iter();
+        let split = (Parts::new(fish, eights), Parts::new(tank.swimmers_mut(), eights));
+        around.workers.for_each_part(split, |part, (fish, swimmers)| {
+            for slot in of(part) {
+                let at = *slot as usize - eights[part];
+                let wish = &wishes[grid.place(*slot as usize)];
+                swimmers[at].water = wish.water.as_dvec3();
+                swimmers[at].drive = drive(&mut fish[at], kind, wish, dt);
+            }
+        });
+        tank.step(stepped, around.dt, &kind.gait.stepping, around.level, around.workers);
+        let tank = &*tank;
+        around.workers.for_each_part(Parts::new(fish, eights), |part, fish| {
+            for slot in of(part) {
+                follow(&mut fish[*slot as usize - eights[part]], kind, tank, dt);
+            }
+        });
     }
 
     /// A point gets a body: in the pose that is shown, with the gait's velocities.
@@ -82,18 +141,18 @@ impl Shoal {
         let slot = fish.slot as usize;
         let nodes = kind.plan.body().nodes().len();
         let offsets = &self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
-        let phase = tank.swimmers()[slot].phase;
-        let pose = Pose::of(fish, phase);
+        let pose = Pose::of(fish, &kind.gait);
         let beat = kind.gait.beat(f64::from(fish.speed) / fish.size) as f32;
-        let next = Pose { phase: phase + PHASE, ..pose };
+        let next = Pose::later(fish, &kind.gait, PHASE);
         let carried = (fish.course * fish.speed + fish.water) / fish.size as f32;
         let (positions, velocities) = tank.nodes_mut(slot);
         for (node, ((x, v), offset)) in positions.iter_mut().zip(velocities).zip(offsets).enumerate() {
-            let at = pose.node(&kind.gait, node);
+            let at = pose.node(node);
             *x = (at + pose.turned(*offset) * pose.fade).to_array();
-            *v = (carried + (next.node(&kind.gait, node) - at) * (beat / PHASE)).to_array();
+            *v = (carried + (next.node(node) - at) * (beat / PHASE)).to_array();
         }
-        tank.swimmers_mut()[slot].origin = fish.position;
+        let swimmer = &mut tank.swimmers_mut()[slot];
+        (swimmer.origin, swimmer.phase) = (fish.position, fish.phase);
         fish.near = true;
     }
 
@@ -106,10 +165,10 @@ impl Shoal {
         let nodes = kind.plan.body().nodes().len();
         let offsets = &mut self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
         let swimmer = &tank.swimmers()[slot];
-        let pose = Pose::of(fish, swimmer.phase);
+        let pose = Pose::of(fish, &kind.gait);
         let origin = ((swimmer.origin - fish.position) / fish.size).as_vec3();
         for (node, (offset, at)) in offsets.iter_mut().zip(tank.positions(slot)).enumerate() {
-            *offset = pose.turned_back(Vec3::from(*at) + origin - pose.node(&kind.gait, node));
+            *offset = pose.turned_back(Vec3::from(*at) + origin - pose.node(node));
         }
         fish.near = false;
         fish.since = 0.0;
@@ -118,29 +177,33 @@ impl Shoal {
 
 /// A far fish's pose by its gait, around its centre at the species' size.
 #[derive(Clone, Copy)]
-pub(super) struct Pose {
+pub(super) struct Pose<'a> {
     base: Mat3,
-    phase: f32,
-    /// At the species' size [m/s].
-    speed: f32,
+    gait: &'a Gait,
+    moment: Moment,
     /// How much of what it was off the gait is left.
     pub(super) fade: f32,
 }
 
-impl Pose {
-    pub(super) fn of(fish: &Fish, phase: f32) -> Self {
+impl<'a> Pose<'a> {
+    pub(super) fn of(fish: &Fish, gait: &'a Gait) -> Self {
+        Self::later(fish, gait, 0.0)
+    }
+
+    /// After so many beats more.
+    fn later(fish: &Fish, gait: &'a Gait, beats: f32) -> Self {
         let [x, y, z] = base(fish.course, Vec3::Y);
         let left = 1.0 - (fish.since / BLEND).min(1.0);
         Self {
             base: Mat3::from_cols(x, y, z),
-            phase,
-            speed: fish.speed / fish.size as f32,
+            gait,
+            moment: gait.moment(fish.phase + beats, fish.speed / fish.size as f32),
             fade: left * left * (3.0 - 2.0 * left),
         }
     }
 
-    pub(super) fn node(&self, gait: &Gait, node: usize) -> Vec3 {
-        self.base * gait.node(node, self.phase, self.speed)
+    pub(super) fn node(&self, node: usize) -> Vec3 {
+        self.base * self.gait.node(node, &self.moment)
     }
 
     pub(super) fn turned(&self, v: Vec3) -> Vec3 {
@@ -152,45 +215,42 @@ impl Pose {
     }
 }
 
-/// Fright, hunger and love come and go; and in a crowd a fish looks less far, alone farther again.
-fn feel(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) {
-    fish.fright = if wish.frightened { steer::FRIGHT } else { (fish.fright - dt).max(0.0) };
-    // No less than what it keeps from others.
-    let least = NEAREST.max(kind.mind.apart as f32).min(kind.range());
-    let crowded = wish.count > NOTED;
-    let change = if crowded { left(dt, CROWDING) } else { 1.0 / left(dt, CROWDING) };
-    fish.reach = (fish.reach * change).clamp(least, kind.range());
-    fish.hunger = match (kind.mind.hunger, wish.caught) {
+/// Fright, hunger and love come and go; and in a crowd a fish looks less far, alone farther again: by what is
+/// left of its reach in a step then.
+fn feel(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32, [crowd, alone]: [f32; 2]) {
+    let is = |flag: u32| wish.is & flag != 0;
+    fish.fright = if is(FRIGHTENED) { steer::FRIGHT } else { (fish.fright - dt).max(0.0) };
+    let change = if is(CROWDED) { crowd } else { alone };
+    fish.reach = (fish.reach * change).clamp(least_reach(kind), kind.range());
+    fish.hunger = match (kind.mind.hunger, is(CAUGHT)) {
         (true, true) => 0.0,
         (true, false) => (fish.hunger + dt / HUNGRY).min(1.0),
         (false, _) => 1.0,
     };
-    fish.love = match (kind.mind.mating, wish.mated) {
+    fish.love = match (kind.mind.mating, is(MATED)) {
         (true, true) => 0.0,
         (true, false) => (fish.love + dt / LONELY).min(1.0),
         (false, _) => 0.0,
     };
 }
 
+/// How far a fish takes note of its own kind in a crowd [lengths]: no less than what it keeps from others.
+pub(super) fn least_reach(kind: &Kind) -> f32 {
+    NEAREST.max(kind.mind.apart as f32).min(kind.range())
+}
+
 /// What is left of a lag after `dt` [s] with a time constant [s].
-fn left(dt: f32, time: f32) -> f32 {
+pub(super) fn left(dt: f32, time: f32) -> f32 {
     let power = glam::DVec2::new(-f64::from(dt / time.max(1e-6)), 0.0).exp().x;
     power as f32
 }
 
-/// Moves a far fish by its gait: it turns and speeds up no faster than the body does.
-fn glide(fish: &mut Fish, gait: &Gait, wish: &Wish, dt: f32) {
-    let beat = gait.top_beat() as f32;
-    let share = 1.0 - left(dt, SPEEDING / beat);
-    fish.speed += (wish.speed - fish.speed) * share;
-    let most = gait.fastest_turn() as f32;
-    let angle = fish.course.angle_between(wish.way);
-    let turned = (angle * beat / TURNING).min(most) * dt;
-    if angle > 1e-6 {
-        let axis = fish.course.cross(wish.way).try_normalize().unwrap_or(Vec3::Y);
-        fish.course = (glam::Quat::from_axis_angle(axis, turned.min(angle)) * fish.course).normalize();
-    }
-    let velocity = fish.course * fish.speed + wish.water;
+/// Moves a point: its wish is what it does.
+fn glide(fish: &mut Fish, wish: &Wish, dt: f32) {
+    (fish.course, fish.speed) = (wish.way, wish.speed);
+    fish.phase += wish.beats;
+    fish.phase -= fish.phase.floor();
+    let velocity = fish.course * fish.speed + fish.water;
     fish.position += velocity.as_dvec3() * f64::from(dt);
     fish.since = (fish.since + dt).min(BLEND);
 }
@@ -225,6 +285,7 @@ fn drive(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) -> Drive {
 fn follow(fish: &mut Fish, kind: &Kind, tank: &Tank, dt: f32) {
     let slot = fish.slot as usize;
     let beat = tank.swimmers()[slot].drive.speed as f32;
+    fish.phase = tank.swimmers()[slot].phase;
     let [forward, ..] = axes(&kind.plan, tank.positions(slot));
     let share = 1.0 - left(dt, 0.5 / beat.max(1e-3));
     fish.course = (fish.course + (forward - fish.course) * share).normalize_or(forward);

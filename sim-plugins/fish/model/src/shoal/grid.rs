@@ -1,100 +1,263 @@
-//! Who is near whom: fish sorted by the cells of a lattice, in an order that depends on where they are alone.
+//! Who is near whom: the fish of one kind sorted by the cells of a lattice, as arrays.
+//!
+//! The lattice repeats itself, so that few cells do for any sea: who is in the same cell of another repetition
+//! is only looked at in vain. In a cell fish go by their numbers: their order depends on where they are alone.
 
 use glam::Vec3;
+use reef_sdk::{Chunks, Workers};
 
 /// What others see of a fish, relative to the shoal's anchor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Seen {
-    /// Its cell.
-    pub(super) key: u64,
-    /// Number of the fish.
-    pub(super) number: u32,
-    pub(super) kind: u32,
     /// Centre [m].
     pub(super) at: Vec3,
     /// The way that it looks, unit.
     pub(super) course: Vec3,
-    /// Its length and its width [m].
+    /// Its length [m].
     pub(super) length: f32,
-    pub(super) width: f32,
-    /// How far it takes note of its own kind, in lengths.
-    pub(super) reach: f32,
-    /// It hunts others.
-    pub(super) hunts: bool,
     /// It looks for a mate.
     pub(super) courts: bool,
 }
 
-/// All fish by cells.
-#[derive(Clone, Debug, Default)]
+/// All fish of a kind by cells.
+#[derive(Clone, Debug)]
 pub(super) struct Grid {
-    cell: f32,
-    sorted: Vec<Seen>,
-    hunters: Vec<Seen>,
+    /// Cells in a metre along each axis: they are shorter along x, the way that rows go.
+    per_metre: [f32; 3],
+    /// Cells along each axis, as powers of two.
+    bits: [u32; 3],
+    /// Where each cell begins, and the end.
+    starts: Vec<u32>,
+    /// By slots: each one's cell, and afterwards its place in the order.
+    places: Vec<u32>,
+    /// Slots in the order.
+    pub(super) slots: Vec<u32>,
+    /// In the order: centres [m], courses, lengths [m], and 1 for those that look for a mate.
+    pub(super) at: [Vec<f32>; 3],
+    pub(super) course: [Vec<f32>; 3],
+    pub(super) length: Vec<f32>,
+    pub(super) courts: Vec<f32>,
+    /// The box around all of them [m].
+    low: Vec3,
+    high: Vec3,
+    longest: f32,
 }
 
-/// Bits of a cell's number along an axis, and what is added to make it positive.
-const BITS: u32 = 21;
-const MIDDLE: i64 = 1 << (BITS - 1);
-/// How many cells to each side of its own a fish looks through at most.
-const MOST_CELLS: f32 = 4.0;
-/// Cells to each side that the nearest-sighted looks through: smaller ones hold fewer that are out of range.
-const LEAST_CELLS: f32 = 2.5;
+/// Cells across rows for one along them.
+const ALONG: f32 = 4.0;
+/// Cells along an axis at most, as a power of two.
+const MOST_BITS: u32 = 8;
+/// Fish that one job sorts.
+const CHUNK: usize = 1024;
+
+/// Part of a row of cells, in which fish follow one another.
+pub(super) type Run = core::ops::Range<usize>;
 
 impl Grid {
-    /// A grid for fish that see so far [m].
-    pub(super) fn new(ranges: impl Iterator<Item = f32> + Clone) -> Self {
-        let farthest = ranges.clone().fold(0.0, f32::max);
-        let nearest = ranges.fold(f32::INFINITY, f32::min);
+    /// A grid for so many fish, with cells of a side [m].
+    pub(super) fn new(count: usize, side: f32) -> Self {
+        let side = side.max(1e-3);
+        // About as many cells as fish.
+        let total = (2 * count.max(1)).ilog2() + 1;
+        let each = (total / 3).clamp(1, MOST_BITS);
+        let bits = [(each + 2).min(MOST_BITS), each, each];
+        let floats = || vec![0.0; count];
         Self {
-            cell: (nearest.min(farthest) / LEAST_CELLS).max(farthest / MOST_CELLS).max(1e-3),
-            sorted: Vec::new(),
-            hunters: Vec::new(),
+            per_metre: [ALONG / side, 1.0 / side, 1.0 / side],
+            starts: vec![0; (1 << bits.iter().sum::<u32>()) + 1],
+            bits,
+            places: vec![0; count],
+            slots: vec![0; count],
+            at: [floats(), floats(), floats()],
+            course: [floats(), floats(), floats()],
+            length: floats(),
+            courts: floats(),
+            low: Vec3::INFINITY,
+            high: Vec3::NEG_INFINITY,
+            longest: 0.0,
         }
     }
 
-    fn along(&self, x: f32) -> u64 {
+    /// Cell along an axis, not yet taken into the lattice.
+    fn along(&self, axis: usize, x: f32) -> i32 {
         // A cast saturates, and takes what is no number to 0.
-        ((x / self.cell).floor() as i64 + MIDDLE).clamp(0, 2 * MIDDLE - 1) as u64
+        (x * self.per_metre[axis]).floor() as i32
     }
 
-    fn key(x: u64, y: u64, z: u64) -> u64 {
-        (z << (2 * BITS)) | (y << BITS) | x
+    fn cell(&self, at: Vec3) -> u32 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.within(axis, self.along(axis, at[axis])));
+        self.row(y, z) + x
     }
 
-    /// Sorts all fish anew.
-    pub(super) fn fill(&mut self, fish: impl Iterator<Item = Seen>) {
-        self.sorted.clear();
-        for seen in fish {
-            let [x, y, z] = [self.along(seen.at.x), self.along(seen.at.y), self.along(seen.at.z)];
-            self.sorted.push(Seen { key: Self::key(x, y, z), ..seen });
+    fn within(&self, axis: usize, cell: i32) -> u32 {
+        cell as u32 & ((1 << self.bits[axis]) - 1)
+    }
+
+    /// The first cell of a row.
+    fn row(&self, y: u32, z: u32) -> u32 {
+        ((z << self.bits[1]) | y) << self.bits[0]
+    }
+
+    /// Sorts all fish anew: `seen` says what others see of the fish of a slot.
+    pub(super) fn fill(&mut self, workers: Workers<'_>, seen: impl Fn(usize) -> Seen + Sync) {
+        let mut places = core::mem::take(&mut self.places);
+        let grid = &*self;
+        workers.for_each_part(Chunks::new(&mut places, CHUNK), |chunk, places| {
+            for (i, place) in places.iter_mut().enumerate() {
+                *place = grid.cell(seen(chunk * CHUNK + i).at);
+            }
+        });
+        self.places = places;
+        self.order();
+        let Self { slots, at: [x, y, z], course: [cx, cy, cz], length, courts, .. } = self;
+        let slots = &*slots;
+        let split = (
+            (Chunks::new(x, CHUNK), Chunks::new(y, CHUNK), Chunks::new(z, CHUNK)),
+            (Chunks::new(cx, CHUNK), Chunks::new(cy, CHUNK), Chunks::new(cz, CHUNK)),
+            (Chunks::new(length, CHUNK), Chunks::new(courts, CHUNK)),
+        );
+        workers.for_each_part(split, |chunk, ((x, y, z), (cx, cy, cz), (length, courts))| {
+            for (i, slot) in slots[chunk * CHUNK..][..x.len()].iter().enumerate() {
+                let seen = seen(*slot as usize);
+                [x[i], y[i], z[i]] = seen.at.to_array();
+                [cx[i], cy[i], cz[i]] = seen.course.to_array();
+                (length[i], courts[i]) = (seen.length, f32::from(u8::from(seen.courts)));
+            }
+        });
+        let extreme = |of: fn(f32, f32) -> f32, from: f32| {
+            Vec3::from([0, 1, 2].map(|axis: usize| self.at[axis].iter().fold(from, |a, b| of(a, *b))))
+        };
+        (self.low, self.high) = (extreme(f32::min, f32::INFINITY), extreme(f32::max, f32::NEG_INFINITY));
+        self.longest = self.length.iter().copied().fold(0.0, f32::max);
+    }
+
+    /// From cells by slots to places by slots and slots by places.
+    fn order(&mut self) {
+        let Self { starts, places, slots, .. } = self;
+        starts.fill(0);
+        for cell in places.iter() {
+            starts[*cell as usize] += 1;
         }
-        self.sorted.sort_unstable_by_key(|seen| (seen.key, seen.number));
-        self.hunters.clear();
-        self.hunters.extend(self.sorted.iter().filter(|seen| seen.hunts));
+        let mut sum = 0;
+        for start in starts.iter_mut() {
+            (*start, sum) = (sum, sum + *start);
+        }
+        for (slot, place) in (0..).zip(places.iter_mut()) {
+            let next = &mut starts[*place as usize];
+            *place = *next;
+            slots[*next as usize] = slot;
+            *next += 1;
+        }
+        // Each is where the next begins now.
+        let cells = starts.len() - 1;
+        starts.copy_within(..cells, 1);
+        starts[0] = 0;
     }
 
-    /// Those that hunt, in the same order.
-    pub(super) fn hunters(&self) -> &[Seen] {
-        &self.hunters
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.slots.len()
     }
 
-    /// All fish, in their order.
-    pub(super) fn sorted(&self) -> &[Seen] {
-        &self.sorted
+    /// Where the fish of a slot is in the order.
+    pub(super) fn place(&self, slot: usize) -> usize {
+        self.places[slot] as usize
     }
 
-    /// Calls `look` with each fish that may be within `range` [m] of `at`, in their order.
-    pub(super) fn near(&self, at: Vec3, range: f32, mut look: impl FnMut(&Seen)) {
-        let low = (at - range).to_array().map(|x| self.along(x));
-        let high = (at + range).to_array().map(|x| self.along(x));
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                let (first, last) = (Self::key(low[0], y, z), Self::key(high[0], y, z));
-                let begin = self.sorted.partition_point(|seen| seen.key < first);
-                self.sorted[begin..].iter().take_while(|seen| seen.key <= last).for_each(&mut look);
+    /// Whether any of them is in a box.
+    pub(super) fn reaches(&self, low: Vec3, high: Vec3) -> bool {
+        self.low.cmple(high).all() && low.cmple(self.high).all()
+    }
+
+    /// The greatest length [m].
+    pub(super) fn longest(&self) -> f32 {
+        self.longest
+    }
+
+    /// Runs of fish among whom are all in the box, each once.
+    pub(super) fn runs(&self, low: Vec3, high: Vec3) -> Runs<'_> {
+        let span = |axis: usize| {
+            let (first, last) = (self.along(axis, low[axis]), self.along(axis, high[axis]));
+            let (more, cells) = (last.wrapping_sub(first) as u32, 1_u32 << self.bits[axis]);
+            // The lattice repeats itself: all of it once.
+            if more >= cells - 1 { [0, cells] } else { [self.within(axis, first), more + 1] }
+        };
+        let [x, y, z] = [0, 1, 2].map(span);
+        let cells = 1_u32 << self.bits[0];
+        let end = x[0] + x[1];
+        Runs {
+            grid: self,
+            first: [x[0], end.min(cells)],
+            second: end.saturating_sub(cells),
+            y,
+            rows: y[1] * z[1],
+            z: z[0],
+            row: 0,
+            layer: 0,
+            wrapped: false,
+        }
+    }
+
+    /// None.
+    pub(super) fn no_runs(&self) -> Runs<'_> {
+        Runs {
+            grid: self,
+            first: [0; 2],
+            second: 0,
+            y: [0; 2],
+            rows: 0,
+            z: 0,
+            row: 0,
+            layer: 0,
+            wrapped: false,
+        }
+    }
+}
+
+/// Goes through the rows of cells of a box.
+#[derive(Clone, Debug)]
+pub(super) struct Runs<'a> {
+    grid: &'a Grid,
+    /// Cells of a row that are in the box, and how many of them are beyond its end, at its beginning.
+    first: [u32; 2],
+    second: u32,
+    /// First row and how many there are in a layer; how many are left in all; first layer.
+    y: [u32; 2],
+    rows: u32,
+    z: u32,
+    row: u32,
+    layer: u32,
+    /// The row's first part was given.
+    wrapped: bool,
+}
+
+impl Iterator for Runs<'_> {
+    type Item = Run;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Run> {
+        while self.rows > 0 {
+            let y = self.grid.within(1, (self.y[0] + self.row) as i32);
+            let z = self.grid.within(2, (self.z + self.layer) as i32);
+            let [from, to] = if self.wrapped { [0, self.second] } else { self.first };
+            if self.wrapped || self.second == 0 {
+                self.wrapped = false;
+                self.rows -= 1;
+                self.row += 1;
+                if self.row == self.y[1] {
+                    (self.row, self.layer) = (0, self.layer + 1);
+                }
+            } else {
+                self.wrapped = true;
+            }
+            let cells = self.grid.row(y, z);
+            let begin = |cell: u32| self.grid.starts[(cells + cell) as usize] as usize;
+            let run = begin(from)..begin(to);
+            if !run.is_empty() {
+                return Some(run);
             }
         }
+        None
     }
 }
 
@@ -104,27 +267,47 @@ mod tests {
 
     use super::*;
 
+    fn filled(places: &[Vec3], side: f32) -> Grid {
+        let mut grid = Grid::new(places.len(), side);
+        grid.fill(Workers::inline(), |slot| Seen { at: places[slot], ..Seen::default() });
+        grid
+    }
+
     #[test]
-    fn all_in_range_are_found_in_an_order_of_their_places_alone() {
+    fn all_in_a_box_are_found_once_wherever_it_is() {
         let mut random = Random::new(3, 1);
-        let mut place = || Vec3::from([(); 3].map(|()| random.between(-4.0, 4.0) as f32));
-        let fish: Vec<Seen> =
-            (0..500).map(|number| Seen { number, at: place(), ..Seen::default() }).collect();
-        let (mut grid, mut other) = (Grid::new([0.7, 1.3].into_iter()), Grid::new([0.7, 1.3].into_iter()));
-        grid.fill(fish.iter().copied());
-        other.fill(fish.iter().rev().copied());
-        assert_eq!(grid.sorted(), other.sorted());
-        for range in [0.7, 1.3, 2.5] {
-            let mut found = Vec::new();
-            grid.near(fish[7].at, range, |seen| {
-                if seen.at.distance(fish[7].at) <= range {
-                    found.push(seen.number);
-                }
-            });
-            found.sort_unstable();
-            let all = fish.iter().filter(|seen| seen.at.distance(fish[7].at) <= range);
-            assert!(found.len() > 1);
-            assert_eq!(found, all.map(|seen| seen.number).collect::<Vec<_>>());
+        for (count, side, extent) in [(500, 0.5, 4.0), (500, 0.05, 40.0), (3, 1.0, 2.0), (1, 1.0, 1e4)] {
+            let mut place = || Vec3::from([(); 3].map(|()| random.between(-extent, extent) as f32));
+            let places: Vec<Vec3> = (0..count).map(|_| place()).collect();
+            let grid = filled(&places, side);
+            for reach in [0.1, 1.0, 2.5, 30.0] {
+                let (low, high) = (places[0] - reach, places[0] + reach);
+                let mut found = Vec::new();
+                grid.runs(low, high).for_each(|run| found.extend_from_slice(&grid.slots[run]));
+                found.sort_unstable();
+                assert!(found.is_sorted_by(|a, b| a < b), "each once: {found:?}");
+                let inside = |slot: &u32| {
+                    let at = places[*slot as usize];
+                    at.cmpge(low).all() && at.cmple(high).all()
+                };
+                found.retain(inside);
+                assert_eq!(found, (0..count as u32).filter(inside).collect::<Vec<_>>());
+                assert!(grid.reaches(low, high));
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_is_that_of_cells_and_then_of_slots() {
+        let places = [0.9, -0.4, 0.1, 0.05, f32::MAX, f32::NAN].map(|x| Vec3::new(x, 0.0, 0.0));
+        let grid = filled(&places, 1.0);
+        let cells: Vec<u32> = grid.slots.iter().map(|slot| grid.cell(places[*slot as usize])).collect();
+        assert!(cells.is_sorted(), "{cells:?}");
+        let order: Vec<u32> = grid.slots.iter().copied().filter(|slot| [2, 3, 5].contains(slot)).collect();
+        assert_eq!(order, [2, 3, 5], "all three are in cell 0");
+        for (place, slot) in grid.slots.iter().enumerate() {
+            assert_eq!(grid.place(*slot as usize), place);
+            assert_eq!(grid.at[0][place].to_bits(), places[*slot as usize].x.to_bits());
         }
     }
 }

@@ -3,22 +3,27 @@
 //! Near fish ask the muscles of their bodies ([`crate::tank`]); far ones are points that move by the baked
 //! gait of the same body ([`crate::gait`]), and go over without a jump ([`act`]).
 //!
-//! A step goes in two waves over fixed chunks: what each fish wants, in the order of the grid; then the
-//! bodies, eight fish of a species at once. Nothing depends on who runs a chunk.
+//! A step goes in waves over fixed chunks: what each fish wants, eight fish of a kind at once in the order of
+//! its grid ([`decide`]); how points follow; then the bodies, eight fish of a kind at once. Nothing depends on
+//! who runs a chunk.
 
 mod act;
+pub mod bare;
 mod carry;
+mod decide;
 mod grid;
+mod habits;
 mod perceive;
 mod poses;
 mod state;
 mod steer;
+mod turn;
 mod walls;
 
 use glam::{DVec3, Vec3};
-use reef_flow::{Field, Level, Packed, Sphere, velocity8};
+use reef_flow::{Field, Level};
 use reef_sdk::{
-    Chunks, Heightfield, Workers,
+    Heightfield, Parts, Workers,
     abi::{Flow, Obstacle},
 };
 
@@ -30,10 +35,12 @@ use crate::{
     tank::{Swimmer, Tank},
 };
 
+use decide::{Scene, Scratch, Wish};
 use grid::{Grid, Seen};
+use habits::Habits;
 pub use state::State;
-use steer::Wish;
-use walls::Walls;
+use steer::Whims;
+use turn::Pace;
 
 /// What all fish of a species share.
 #[derive(Clone, Debug)]
@@ -94,7 +101,7 @@ pub struct Start {
     pub size: f64,
     /// By its number.
     pub habitat: u32,
-    /// Its anemone [m, world].
+    /// Its anemone [m, world]; counts where its species has a `home`.
     pub home: Option<DVec3>,
     /// Of its whims.
     pub seed: u64,
@@ -122,6 +129,10 @@ pub struct Fish {
     pub water: Vec3,
     /// Its body is stepped; else it moves by the gait.
     pub near: bool,
+    /// While a step goes on: its body is to be stepped in it.
+    called: bool,
+    /// Where in its beat it is [beats], 0..1.
+    phase: f32,
     /// How long it has moved by the gait [s], up to when its pose is the gait's alone.
     since: f32,
     /// Bias of its muscles [1].
@@ -186,8 +197,20 @@ pub struct Shoal {
     firsts: Vec<u32>,
     /// What f32 places are relative to [m, world].
     anchor: DVec3,
-    grid: Grid,
+    /// Of each kind.
+    habits: Vec<Habits>,
+    grids: Vec<Grid>,
+    paces: Vec<Pace>,
+    /// Corners of the habitats, relative to the anchor [m].
+    boxes: Vec<[Vec3; 2]>,
+    /// Kind by kind, in the order of its grid; where each job's part begins, and its kind and first place.
     wishes: Vec<Wish>,
+    bounds: Vec<usize>,
+    parts: Vec<(usize, usize)>,
+    /// Bodies are, or are to be, stepped among the fish of each chunk.
+    called: Vec<bool>,
+    /// Where the fish of a kind that eights of bodies are among begin.
+    eights: Vec<usize>,
     field: Field,
     flow: Vec<Flow>,
     scratch: Vec<Scratch>,
@@ -197,20 +220,10 @@ pub struct Shoal {
 
 /// Fish whose wishes one job works out.
 const CHUNK: usize = 64;
-/// Side of the cells that share their water and their rocks [m].
-const CELL: f64 = 4.0;
 
 /// The object that a fish is, by its number.
 pub fn id_of(fish: usize) -> u64 {
     fish as u64 + 1
-}
-
-/// Water and rocks of a cell, while a worker is in it.
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    cell: Option<[i64; 3]>,
-    water: Packed,
-    obstacles: Vec<u32>,
 }
 
 impl Shoal {
@@ -238,7 +251,14 @@ impl Shoal {
         order.sort_by_key(|start| start.kind);
         let mut shoal = Self {
             anchor: anchor(&habitats),
-            grid: Grid::new(ranges(&kinds, &order).into_iter()),
+            habits: Habits::of(&kinds),
+            grids: Vec::new(),
+            paces: Vec::with_capacity(kinds.len()),
+            boxes: Vec::new(),
+            bounds: vec![0],
+            parts: Vec::new(),
+            called: vec![false; starts.len().div_ceil(act::CHUNK)],
+            eights: Vec::with_capacity(starts.len() / 8 + 2),
             habitats,
             fish: Vec::with_capacity(starts.len()),
             tanks: Vec::new(),
@@ -253,21 +273,26 @@ impl Shoal {
             time: 0.0,
             kinds,
         };
+        let corner = |at: DVec3| (at - shoal.anchor).as_vec3();
+        shoal.boxes =
+            shoal.habitats.iter().map(|habitat| [corner(habitat.low), corner(habitat.high)]).collect();
         for (number, kind) in shoal.kinds.iter().enumerate() {
             let own: Vec<&&Start> = order.iter().filter(|start| start.kind as usize == number).collect();
             shoal.firsts.push(shoal.fish.len() as u32);
-            let swimmer = |start: &Start| Swimmer {
-                size: start.size,
-                phase: (start.seed % 1024) as f32 / 1024.0,
-                ..Swimmer::at(start.position)
-            };
+            let swimmer = |start: &Start| Swimmer { size: start.size, ..Swimmer::at(start.position) };
+            let sizes: f64 = own.iter().map(|start| start.size).sum();
+            let usual = kind.length() * sizes / own.len().max(1) as f64;
+            shoal.grids.push(Grid::new(own.len(), (usual * kind.cell()) as f32));
+            for first in (0..own.len()).step_by(CHUNK) {
+                shoal.parts.push((number, first));
+                shoal.bounds.push(shoal.fish.len() + own.len().min(first + CHUNK));
+            }
             let headings: Vec<f64> = own.iter().map(|start| start.heading).collect();
             let swimmers = own.iter().map(|start| swimmer(start)).collect();
             shoal.tanks.push(Tank::new(kind.plan.clone(), swimmers, &headings));
             shoal.offsets.push(vec![Vec3::ZERO; own.len() * kind.plan.body().nodes().len()]);
             shoal.stepped.push(Vec::with_capacity(own.len()));
-            let range = kind.range();
-            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, range)));
+            shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, kind)));
         }
         Ok(shoal)
     }
@@ -302,65 +327,57 @@ impl Shoal {
 
     /// What the workers share in this step.
     fn prepare(&mut self, around: &Surroundings<'_>) {
-        let Self { fish, kinds, grid, anchor, flow, field, scratch, .. } = self;
+        let Self { fish, kinds, grids, anchor, firsts, habits, paces, flow, field, scratch, .. } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
         flow.clear();
         flow.extend(around.flow.iter().filter(|flow| !ours.contains(&flow.owner)));
         field.refill(flow);
-        grid.fill(fish.iter().enumerate().map(|(number, fish)| {
-            let body = kinds[fish.kind as usize].plan.body();
-            Seen {
-                number: number as u32,
-                kind: fish.kind,
-                at: (fish.position - *anchor).as_vec3(),
-                course: fish.course,
-                length: (body.length() * fish.size) as f32,
-                width: (body.width() * fish.size) as f32,
-                reach: fish.reach,
-                hunts: !kinds[fish.kind as usize].prey.is_empty(),
-                courts: fish.love >= 1.0,
-                ..Seen::default()
-            }
-        }));
+        let (fish, anchor) = (&*fish, *anchor);
+        for ((grid, kind), first) in grids.iter_mut().zip(kinds.iter()).zip(firsts.iter()) {
+            let own = &fish[*first as usize..*first as usize + grid.len()];
+            let length = kind.length();
+            grid.fill(around.workers, |slot| {
+                let fish = &own[slot];
+                Seen {
+                    at: (fish.position - anchor).as_vec3(),
+                    course: fish.course,
+                    length: (length * fish.size) as f32,
+                    courts: fish.love >= 1.0,
+                }
+            });
+        }
+        paces.clear();
+        paces.extend(habits.iter().map(|habits| Pace::of(habits, around.dt as f32)));
         if scratch.len() < around.workers.count() {
             scratch.resize_with(around.workers.count(), Scratch::default);
         }
-        for scratch in scratch {
-            scratch.cell = None;
-            scratch.water.make_room(field);
-            scratch.obstacles.reserve(around.obstacles.len());
-        }
+        scratch.iter_mut().for_each(|scratch| scratch.begin(field, around.obstacles));
     }
 
-    /// What each fish wants, in the order of the grid.
+    /// What each fish wants.
     fn wish(&mut self, around: &Surroundings<'_>) {
-        let Self { fish, kinds, habitats, grid, field, scratch, wishes, time, .. } = self;
-        let (fish, kinds, grid, field, time) = (&*fish, &*kinds, &*grid, &*field, *time);
-        let walls = Walls { bed: around.bed, obstacles: around.obstacles, surface: around.surface };
-        let longest =
-            fish.iter().map(|fish| kinds[fish.kind as usize].length() * fish.size).fold(0.0, f64::max);
-        around.workers.for_each_part_with(scratch, Chunks::new(wishes, CHUNK), |scratch, chunk, wishes| {
-            for (i, into) in wishes.iter_mut().enumerate() {
-                let seen = &grid.sorted()[chunk * CHUNK + i];
-                let own = &fish[seen.number as usize];
-                let kind = &kinds[own.kind as usize];
-                scratch.enter(own.position, field, around, longest);
-                let sight = perceive::perceive(grid, kinds, seen);
-                let body = walls::Body {
-                    at: own.position,
-                    course: own.course,
-                    length: f64::from(seen.length),
-                    height: kind.height() * own.size,
-                };
-                let habitat = &habitats[own.habitat as usize];
-                let off = walls::avoid(&walls, &scratch.obstacles, habitat, &body);
-                let home = own.home.map(|home| (home - own.position).as_vec3());
-                let mut wish = steer::wish(kind, own, &sight, off, home, time);
-                wish.number = seen.number;
-                wish.water += scratch.water_at(own.position);
-                *into = wish;
-            }
+        let Self { fish, habits, grids, paces, firsts, boxes, anchor, field, scratch, wishes, .. } = self;
+        let heights = around.bed.map_or(&[][..], |bed| bed.heights);
+        let bed_top = f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
+        let scene = Scene {
+            around,
+            fish,
+            habits,
+            grids,
+            paces,
+            firsts,
+            boxes,
+            anchor: *anchor,
+            field,
+            whims: Whims::at(self.time),
+            bed_top,
+            longest: grids.iter().map(|grid| f64::from(grid.longest())).fold(0.0, f64::max),
+        };
+        let split = Parts::new(wishes, &self.bounds);
+        let (scene, parts) = (&scene, &self.parts);
+        around.workers.for_each_part_with(scratch, split, |scratch, part, wishes| {
+            scene.decide(around.level, scratch, parts[part], wishes);
         });
     }
 }
@@ -372,47 +389,12 @@ impl Kind {
         let lifted = body.nodes().iter().zip(body.lift()).map(|(at, lift)| at.y * f64::from(*lift));
         2.0 * lifted.fold(0.0, f64::max)
     }
-}
 
-impl Scratch {
-    /// Takes up water and rocks around a place, unless it is in their cell already: what they are depends on
-    /// the cell alone.
-    fn enter(&mut self, at: DVec3, field: &Field, around: &Surroundings<'_>, longest: f64) {
-        let cell = at.to_array().map(|x| (x / CELL).round() as i64);
-        if self.cell == Some(cell) {
-            return;
-        }
-        self.cell = Some(cell);
-        let center = DVec3::from(cell.map(|x| x as f64 * CELL));
-        let radius = 0.5 * CELL * 3.0_f64.sqrt();
-        let bounds = Sphere { center: center.to_array(), radius };
-        self.water.fill_near(field, bounds, center.to_array(), NOBODY);
-        self.obstacles.clear();
-        let reach = radius + walls::reach(longest);
-        let near = around.obstacles.iter().enumerate();
-        let near = near.filter(|(_, obstacle)| walls::touches(obstacle, center, reach));
-        self.obstacles.extend(near.map(|(number, _)| number as u32));
-    }
-
-    /// The water at a place of the cell [m/s].
-    fn water_at(&self, at: DVec3) -> Vec3 {
-        let Some(cell) = self.cell else { return Vec3::ZERO };
-        if self.water.is_still() {
-            return Vec3::ZERO;
-        }
-        let [x, y, z] = (at - DVec3::from(cell.map(|x| x as f64 * CELL))).as_vec3().to_array();
-        let water = &self.water;
-        // One point: the baseline's lanes are enough, and all levels give the same bytes.
-        let v: [f32; 3] = reef_flow::dispatch!(Level::scalar(), simd => {
-            let splat = |x| reef_flow::simd::splat(simd, x);
-            let v = velocity8(simd, water, splat(x), splat(y), splat(z));
-            let lane = |lanes: reef_flow::fearless_simd::f32x8<_>| {
-                let eight: [f32; 8] = lanes.into();
-                eight[0]
-            };
-            [lane(v[0]), lane(v[1]), lane(v[2])]
-        });
-        Vec3::from(v).clamp_length_max(FASTEST_WATER)
+    /// Side of the cells that its fish are sorted by, in lengths: a share of how far they usually take note of
+    /// each other.
+    fn cell(&self) -> f64 {
+        const SHARE: f64 = 0.7;
+        SHARE * f64::from(act::least_reach(self) * self.range()).sqrt()
     }
 }
 
@@ -422,7 +404,7 @@ const FASTEST_WATER: f32 = 10.0;
 /// The owner of what nobody emits.
 const NOBODY: u64 = 0;
 
-fn fish(start: &Start, slot: u32, range: f32) -> Fish {
+fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
     let (cosine, sine) = reef_flow::math::cos_sin_f64(start.heading);
     // Nobody begins as hungry, or as much in love, as everybody else.
     let share = |purpose: u64| (reef_flow::random::mix(start.seed ^ purpose) >> 40) as f32 / (1 << 24) as f32;
@@ -430,7 +412,7 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         kind: start.kind,
         slot,
         habitat: start.habitat,
-        home: start.home,
+        home: start.home.filter(|_| kind.mind.home > 0.0),
         seed: start.seed,
         size: start.size,
         position: start.position,
@@ -438,12 +420,14 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         speed: 0.0,
         water: Vec3::ZERO,
         near: false,
+        called: false,
+        phase: (start.seed % 1024) as f32 / 1024.0,
         since: act::BLEND,
         bias: [0.0; 2],
         hunger: share(1),
         love: share(2),
         fright: 0.0,
-        reach: range,
+        reach: kind.range(),
     }
 }
 
@@ -464,14 +448,4 @@ fn anchor(habitats: &[Habitat]) -> DVec3 {
     let low = habitats.iter().map(|habitat| habitat.low).reduce(DVec3::min).unwrap_or_default();
     let high = habitats.iter().map(|habitat| habitat.high).reduce(DVec3::max).unwrap_or_default();
     (0.5 * (low + high)).round()
-}
-
-/// How far the fish of each kind see at most [m].
-fn ranges(kinds: &[Kind], starts: &[&Start]) -> Vec<f32> {
-    let of = |(number, kind): (usize, &Kind)| {
-        let own = starts.iter().filter(|start| start.kind as usize == number);
-        let largest = own.map(|start| start.size).fold(0.0, f64::max);
-        (kind.mind.range * kind.length() * largest) as f32
-    };
-    kinds.iter().enumerate().map(of).filter(|range| *range > 0.0).collect()
 }

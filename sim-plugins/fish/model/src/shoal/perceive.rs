@@ -1,128 +1,393 @@
-//! What a fish perceives of others: those within its range, all around but for the 60 degrees behind it (Tu
-//! and Terzopoulos 1994, §5; thesis, chapter 2).
+//! What fish perceive of others: those within their range, all around but for the 60 degrees behind them (Tu
+//! and Terzopoulos 1994, §5; thesis, chapter 2). Lanes go over eight fish of a kind that are near each other;
+//! whom any of them may see is found once for all eight, and each takes those in their order.
 
+use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
+use reef_flow::simd::{mul_add, neg_mul_add, splat};
 
 use super::{
-    Kind,
-    grid::{Grid, Seen},
+    grid::{Grid, Run, Runs},
+    habits::Habits,
 };
+use crate::lanes::{Vector, add_scaled, dot, scale, select, sub, sub_scaled};
 
-/// Cosine of the angle from its course beyond which a fish sees nothing: 150 degrees.
-const BEHIND: f32 = -0.866_025_4;
+/// Square of the cosine of the angle from its course beyond which a fish sees nothing: 150 degrees.
+const BEHIND2: f32 = 0.75;
 /// Within how many widths of both the water between two fish carries them apart.
 const CROWDED: f32 = 2.0;
-
-/// What others do to a fish.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sight {
-    /// Away from those that are too near, the more the nearer.
-    pub(super) apart: Vec3,
-    /// Sums over its own kind: courses, and ways to them [m].
-    pub(super) courses: Vec3,
-    pub(super) ways: Vec3,
-    pub(super) count: u32,
-    /// Ways to the nearest predator, prey and mate [m].
-    pub(super) threat: Option<Vec3>,
-    pub(super) prey: Option<Vec3>,
-    pub(super) mate: Option<Vec3>,
-    /// The way that the water between it and its neighbours carries it, 1 where two touch.
-    pub(super) push: Vec3,
-    /// How much is right in front of it, 0..1.
-    pub(super) blocked: f32,
-}
-
+/// A fish keeps from others at least so many of both their widths.
+const WIDTHS: f32 = 1.5;
+/// A fish keeps off whoever is nearer than a tenth of the way that it keeps as if they were that far.
+const STRONGEST: f32 = 10.0;
+/// Two nearer than this are in the same place [m].
+const SAME: f32 = 1e-6;
 /// Of so many of its own kind at most a fish takes note: in a dense shoal it looks less far.
-pub(super) const NOTED: u32 = 24;
+pub(super) const NOTED: f32 = 24.0;
+/// Farther than everybody [m²].
+const NOBODY: f32 = f32::INFINITY;
 
-/// Looks around.
-pub(super) fn perceive(grid: &Grid, kinds: &[Kind], own: &Seen) -> Sight {
-    let kind = &kinds[own.kind as usize];
-    let mut sight = Sight::default();
-    among(grid, kinds, own, &mut sight);
-    let range = kind.range() * own.length;
-    for hunter in grid.hunters() {
-        if kinds[hunter.kind as usize].prey.contains(&own.kind)
-            && let Some((way, ..)) = seen(own, hunter, range)
-        {
-            sight.threat = nearer(sight.threat, way);
-        }
-    }
-    if !kind.prey.is_empty() {
-        grid.near(own.at, range, |other| {
-            if kind.prey.contains(&other.kind)
-                && let Some((way, ..)) = seen(own, other, range)
-            {
-                sight.prey = nearer(sight.prey, way);
-            }
-        });
-    }
-    sight
+/// Eight fish of a kind. Lanes without a fish of their own hold the first.
+#[derive(Clone, Copy)]
+pub(super) struct Eight<S: Simd> {
+    /// Centres [m] and courses.
+    pub(super) at: Vector<S>,
+    pub(super) course: Vector<S>,
+    /// [m]
+    pub(super) length: f32x8<S>,
+    /// Places in the order of their kind, and slots in it, as numbers.
+    pub(super) place: f32x8<S>,
+    pub(super) slot: f32x8<S>,
+    /// 1 for those that look for a mate.
+    pub(super) courts: f32x8<S>,
 }
 
-/// The way to another that a fish sees within a range [m], how far that is, and the cosine of where it is.
-fn seen(own: &Seen, other: &Seen, range: f32) -> Option<(Vec3, f32, f32)> {
-    let way = other.at - own.at;
-    let squared = way.length_squared();
-    if squared > range * range || other.number == own.number {
-        return None;
+/// Who is nearest.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest<S: Simd> {
+    /// Square of how far that is [m²]; infinite: nobody is there.
+    pub(super) squared: f32x8<S>,
+    /// The way there [m].
+    pub(super) way: Vector<S>,
+}
+
+/// What others do to eight fish.
+#[derive(Clone, Copy)]
+pub(super) struct Sight<S: Simd> {
+    /// Away from those that are too near, the more the nearer.
+    pub(super) apart: Vector<S>,
+    /// Sums over their own kind: courses, ways to them [m], and how many there are.
+    pub(super) courses: Vector<S>,
+    pub(super) ways: Vector<S>,
+    pub(super) count: f32x8<S>,
+    /// Who hunts them, whom they hunt, and who is like-minded.
+    pub(super) threat: Nearest<S>,
+    pub(super) prey: Nearest<S>,
+    pub(super) mate: Nearest<S>,
+    /// The way that the water between them and their neighbours carries them, 1 where two touch.
+    pub(super) push: Vector<S>,
+    /// How much is right in front of them, 0..1.
+    pub(super) blocked: f32x8<S>,
+}
+
+/// Fish that are looked through between two looks at those that are near, and how many are listed at most.
+const PART: usize = 128;
+const LISTED: usize = 512;
+
+/// Room for one worker: who is near any of eight, and who of those is too near.
+#[derive(Clone, Debug)]
+pub(super) struct Lists {
+    near: [u32; LISTED],
+    close: [u32; LISTED],
+}
+
+impl Default for Lists {
+    fn default() -> Self {
+        Self { near: [0; LISTED], close: [0; LISTED] }
     }
-    // glam's own length takes its root in software.
+}
+
+/// Goes through all fish of a grid within reach of any of eight.
+struct Search<'a> {
+    grid: &'a Grid,
+    runs: Runs<'a>,
+    run: Run,
+}
+
+impl<'a> Search<'a> {
+    /// Of fish within `reach` [m] of any of the eight.
+    #[inline(always)]
+    fn new<S: Simd>(grid: &'a Grid, eight: &Eight<S>, reach: f32x8<S>) -> Self {
+        let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            let lows: [f32; 8] = (eight.at[axis] - reach).into();
+            let highs: [f32; 8] = (eight.at[axis] + reach).into();
+            (low[axis], high[axis]) = (lows[0], highs[0]);
+            for lane in 1..8 {
+                low[axis] = lows[lane].min(low[axis]);
+                high[axis] = highs[lane].max(high[axis]);
+            }
+        }
+        let (low, high) = (Vec3::from(low), Vec3::from(high));
+        let runs = if grid.reaches(low, high) { grid.runs(low, high) } else { grid.no_runs() };
+        Self { grid, runs, run: 0..0 }
+    }
+
+    /// The next of them, by their places; None: there are no more.
+    #[inline(always)]
+    fn more<S: Simd>(
+        &mut self,
+        simd: S,
+        eight: &Eight<S>,
+        reach2: f32x8<S>,
+        list: &mut [u32; LISTED],
+    ) -> usize {
+        let [x, y, z] = &self.grid.at;
+        let mut count = 0;
+        while count <= LISTED - PART {
+            if self.run.is_empty() {
+                match self.runs.next() {
+                    Some(run) => self.run = run,
+                    None => break,
+                }
+            }
+            let part = self.run.start..self.run.end.min(self.run.start + PART);
+            self.run.start = part.end;
+            let (x, y, z) = (&x[part.clone()], &y[part.clone()], &z[part.clone()]);
+            for (i, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+                let way = sub([splat(simd, *x), splat(simd, *y), splat(simd, *z)], eight.at);
+                list[count] = (part.start + i) as u32;
+                count += usize::from(dot(way, way).simd_le(reach2).any_true());
+            }
+        }
+        count
+    }
+}
+
+/// A fish of a grid, eight times.
+#[inline(always)]
+fn place_of<S: Simd>(simd: S, grid: &Grid, at: usize) -> Vector<S> {
+    [splat(simd, grid.at[0][at]), splat(simd, grid.at[1][at]), splat(simd, grid.at[2][at])]
+}
+
+impl<S: Simd> Nearest<S> {
+    #[inline(always)]
+    fn nobody(simd: S) -> Self {
+        Self { squared: splat(simd, NOBODY), way: [splat(simd, 0.0); 3] }
+    }
+
+    /// Who is there.
+    #[inline(always)]
+    pub(super) fn is_there(&self, simd: S) -> mask32x8<S> {
+        self.squared.simd_lt(splat(simd, NOBODY))
+    }
+
+    #[inline(always)]
+    fn take(&mut self, mask: mask32x8<S>, way: Vector<S>, squared: f32x8<S>) {
+        let nearer = mask & squared.simd_lt(self.squared);
+        self.squared = nearer.select(squared, self.squared);
+        self.way = select(nearer, way, self.way);
+    }
+}
+
+impl<S: Simd> Sight<S> {
+    #[inline(always)]
+    pub(super) fn none(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        let (none, nobody) = ([zero; 3], Nearest::nobody(simd));
+        Self {
+            apart: none,
+            courses: none,
+            ways: none,
+            count: zero,
+            threat: nobody,
+            prey: nobody,
+            mate: nobody,
+            push: none,
+            blocked: zero,
+        }
+    }
+}
+
+/// Whether what is `ahead` along the course and so far off is not behind.
+#[inline(always)]
+fn seen<S: Simd>(simd: S, ahead: f32x8<S>, squared: f32x8<S>) -> mask32x8<S> {
+    mul_add(ahead, ahead.abs(), squared * splat(simd, BEHIND2)).simd_ge(splat(simd, 0.0))
+}
+
+/// Takes note of those of their own kind within `reach` [m].
+#[inline(always)]
+pub(super) fn own<S: Simd>(
+    simd: S,
+    (grid, habits): (&Grid, &Habits),
+    eight: &Eight<S>,
+    reach: f32x8<S>,
+    lists: &mut Lists,
+    sight: &mut Sight<S>,
+) {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let reach2 = reach * reach;
+    let close = close(simd, habits, eight, habits.width * grid.longest(), true);
+    let close2 = close * close;
+    // Each sees itself, too.
+    sight.count -= one;
+    sight.courses = sub(sight.courses, eight.course);
+    let courting = habits.mating && eight.courts.simd_gt(zero).any_true();
+    let keeps = keeps(simd, habits, eight);
+    let mut search = Search::new(grid, eight, reach);
+    loop {
+        let Lists { near, close } = &mut *lists;
+        let count = search.more(simd, eight, reach2, near);
+        if count == 0 {
+            break;
+        }
+        let mut too_near = 0;
+        for number in &near[..count] {
+            let other = *number as usize;
+            let way = sub(place_of(simd, grid, other), eight.at);
+            let squared = dot(way, way);
+            let here = squared.simd_le(reach2);
+            let counts = (here & seen(simd, dot(way, eight.course), squared)).select(one, zero);
+            let [x, y, z] = &grid.course;
+            let course = [splat(simd, x[other]), splat(simd, y[other]), splat(simd, z[other])];
+            sight.count += counts;
+            sight.courses = add_scaled(sight.courses, course, counts);
+            sight.ways = add_scaled(sight.ways, way, counts);
+            close[too_near] = *number;
+            too_near += usize::from(squared.simd_lt(close2).any_true());
+        }
+        let them = Others { habits, width: habits.width, avoids: true, same: true, before: false };
+        for number in &close[..too_near] {
+            keep_off(simd, grid, &them, eight, reach2, *number as usize, keeps, sight);
+        }
+        if courting {
+            for number in &near[..count] {
+                let other = *number as usize;
+                let way = sub(place_of(simd, grid, other), eight.at);
+                let squared = dot(way, way);
+                let odd = |slot: f32x8<S>| slot - splat(simd, 2.0) * (slot * splat(simd, 0.5)).floor();
+                // Those of even numbers court those of odd ones.
+                let apart = odd(eight.slot).simd_ne(splat(simd, (grid.slots[other] % 2) as f32));
+                let courts = (eight.courts * splat(simd, grid.courts[other])).simd_gt(zero);
+                let seen = seen(simd, dot(way, eight.course), squared);
+                sight.mate.take(squared.simd_le(reach2) & seen & apart & courts, way, squared);
+            }
+        }
+    }
+}
+
+/// Looks for the nearest of another kind within `range` [m].
+#[inline(always)]
+pub(super) fn nearest<S: Simd>(
+    simd: S,
+    grid: &Grid,
+    eight: &Eight<S>,
+    range: f32x8<S>,
+    lists: &mut Lists,
+    into: &mut Nearest<S>,
+) {
+    let range2 = range * range;
+    let mut search = Search::new(grid, eight, range);
+    loop {
+        let count = search.more(simd, eight, range2, &mut lists.near);
+        if count == 0 {
+            break;
+        }
+        for number in &lists.near[..count] {
+            let way = sub(place_of(simd, grid, *number as usize), eight.at);
+            let squared = dot(way, way);
+            let seen = seen(simd, dot(way, eight.course), squared);
+            into.take(squared.simd_le(range2) & seen, way, squared);
+        }
+    }
+}
+
+/// Those that eight fish keep off.
+pub(super) struct Others<'a> {
+    /// Of the eight.
+    pub(super) habits: &'a Habits,
+    /// Of the others, in lengths.
+    pub(super) width: f32,
+    /// They are avoided, and not only not touched.
+    pub(super) avoids: bool,
+    /// They are of the same kind; else, whether they come before.
+    pub(super) same: bool,
+    pub(super) before: bool,
+}
+
+/// How far off others matter at most that are at most so wide [m].
+#[inline(always)]
+fn close<S: Simd>(simd: S, habits: &Habits, eight: &Eight<S>, widest: f32, avoids: bool) -> f32x8<S> {
+    let touching = mul_add(eight.length, splat(simd, habits.width), splat(simd, widest)) * splat(simd, 0.5);
+    let keep = eight.length * splat(simd, if avoids { habits.apart } else { 0.0 });
+    keep.max(touching * splat(simd, CROWDED))
+}
+
+/// Keeps off another kind.
+#[inline(always)]
+pub(super) fn strangers<S: Simd>(
+    simd: S,
+    grid: &Grid,
+    them: &Others<'_>,
+    eight: &Eight<S>,
+    reach: f32x8<S>,
+    lists: &mut Lists,
+    sight: &mut Sight<S>,
+) {
+    let reach = close(simd, them.habits, eight, them.width * grid.longest(), them.avoids).min(reach);
+    let reach2 = reach * reach;
+    let keeps = keeps(simd, them.habits, eight);
+    let mut search = Search::new(grid, eight, reach);
+    loop {
+        let count = search.more(simd, eight, reach2, &mut lists.near);
+        if count == 0 {
+            break;
+        }
+        for number in &lists.near[..count] {
+            keep_off(simd, grid, them, eight, reach2, *number as usize, keeps, sight);
+        }
+    }
+}
+
+/// How far eight fish keep from others that are not wider [m], and one over it.
+#[inline(always)]
+fn keeps<S: Simd>(simd: S, habits: &Habits, eight: &Eight<S>) -> (f32x8<S>, f32x8<S>) {
+    let keep = eight.length * splat(simd, habits.apart);
+    (keep, splat(simd, 1.0) / keep)
+}
+
+/// Keeps off one other fish within a reach.
+#[inline(always)]
+fn keep_off<S: Simd>(
+    simd: S,
+    grid: &Grid,
+    them: &Others<'_>,
+    eight: &Eight<S>,
+    reach2: f32x8<S>,
+    other: usize,
+    keeps: (f32x8<S>, f32x8<S>),
+    sight: &mut Sight<S>,
+) {
+    let (zero, one, half) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.5));
+    let way = sub(place_of(simd, grid, other), eight.at);
+    let squared = dot(way, way);
+    let mut here = squared.simd_le(reach2);
+    if them.same {
+        here &= eight.place.simd_ne(splat(simd, other as f32));
+    }
     let distance = squared.sqrt();
-    let ahead = way.dot(own.course) / distance.max(f32::MIN_POSITIVE);
-    (ahead >= BEHIND).then_some((way, distance, ahead))
-}
-
-/// The shorter way.
-fn nearer(known: Option<Vec3>, way: Vec3) -> Option<Vec3> {
-    match known {
-        Some(known) if known.length_squared() <= way.length_squared() => Some(known),
-        _ => Some(way),
+    let inverse = one / distance.max(splat(simd, SAME));
+    let toward = scale(way, inverse);
+    let wide = splat(simd, them.width * grid.length[other]);
+    let touching = mul_add(eight.length, splat(simd, them.habits.width), wide) * half;
+    let crowded = touching * splat(simd, CROWDED);
+    let pushed = here & distance.simd_lt(crowded);
+    if pushed.any_true() {
+        let amount = ((crowded - distance) / (crowded - touching)).min(splat(simd, CROWDED));
+        let amount = pushed.select(amount, zero);
+        // Two in the same place go apart by their numbers.
+        let before = if them.same {
+            eight.slot.simd_lt(splat(simd, grid.slots[other] as f32)).select(one, -one)
+        } else {
+            splat(simd, if them.before { -1.0 } else { 1.0 })
+        };
+        let apart = distance.simd_gt(splat(simd, SAME));
+        let aside =
+            [apart.select(toward[0], before), apart.select(toward[1], zero), apart.select(toward[2], zero)];
+        sight.push = sub_scaled(sight.push, aside, amount);
     }
-}
-
-/// What the others around do to a fish, but for those that it hunts or flees.
-fn among(grid: &Grid, kinds: &[Kind], own: &Seen, sight: &mut Sight) {
-    let kind = &kinds[own.kind as usize];
-    let range = own.reach * own.length;
-    let keep = kind.mind.apart as f32 * own.length;
-    grid.near(own.at, range, |other| {
-        let way = other.at - own.at;
-        let squared = way.length_squared();
-        if squared > range * range || other.number == own.number {
-            return;
+    if them.avoids {
+        let ahead = dot(way, eight.course);
+        let (mut keep, mut per) = keeps;
+        let wide = touching * splat(simd, WIDTHS);
+        if wide.simd_gt(keep).any_true() {
+            keep = keep.max(wide);
+            per = one / keep;
         }
-        let touching = 0.5 * (own.width + other.width);
-        let crowded = CROWDED * touching;
-        if squared < crowded * crowded {
-            let distance = squared.sqrt();
-            // Two in the same place go apart by their numbers.
-            let toward = if distance > 1e-6 {
-                way / distance
-            } else {
-                Vec3::X * if own.number < other.number { 1.0 } else { -1.0 }
-            };
-            sight.push -= toward * ((crowded - distance) / (crowded - touching)).min(CROWDED);
-        }
-        let other_kind = &kinds[other.kind as usize];
-        if other_kind.prey.contains(&own.kind) || kind.prey.contains(&other.kind) {
-            return;
-        }
-        let Some((way, distance, ahead)) = seen(own, other, range) else { return };
-        let keep = keep.max(1.5 * touching);
-        if distance < keep {
-            let toward = way / distance.max(f32::MIN_POSITIVE);
-            sight.apart -= toward * (keep / distance.max(0.1 * keep) - 1.0);
-            sight.blocked = sight.blocked.max((ahead * (1.0 - distance / keep)).max(0.0));
-        }
-        if other.kind == own.kind {
-            sight.count += 1;
-            sight.courses += other.course;
-            sight.ways += way;
-            // Those of even numbers court those of odd ones.
-            if own.courts && other.courts && (own.number ^ other.number) & 1 == 1 {
-                sight.mate = nearer(sight.mate, way);
-            }
-        }
-    });
+        let avoided = here & seen(simd, ahead, squared) & distance.simd_lt(keep);
+        let strength = (keep * inverse).min(splat(simd, STRONGEST)) - one;
+        sight.apart = sub_scaled(sight.apart, toward, avoided.select(strength, zero));
+        let blocked = ahead * inverse * neg_mul_add(distance, per, one);
+        sight.blocked = sight.blocked.max(avoided.select(blocked, zero));
+    }
 }

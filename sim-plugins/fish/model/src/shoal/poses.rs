@@ -36,9 +36,9 @@ impl Shoal {
         }
         let nodes = kind.plan.body().nodes().len();
         let offsets = &self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
-        let pose = Pose::of(fish, tank.swimmers()[slot].phase);
+        let pose = Pose::of(fish, &kind.gait);
         for (node, (into, offset)) in into.iter_mut().zip(offsets).enumerate() {
-            let at = pose.node(&kind.gait, node) + pose.turned(*offset) * pose.fade;
+            let at = pose.node(node) + pose.turned(*offset) * pose.fade;
             *into = at.to_array();
         }
         fish.position

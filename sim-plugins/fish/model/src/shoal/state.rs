@@ -3,7 +3,11 @@
 use glam::{DVec3, Vec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
-use super::Shoal;
+use super::{
+    FASTEST_WATER, Fish, Kind, Shoal,
+    act::{BLEND, least_reach},
+    steer::{CARRIES, FRIGHT},
+};
 
 /// Everything that moves, fish by fish in the order of their numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,6 +30,14 @@ pub struct State {
 const OF_PLACE: usize = 9;
 const OF_MIND: usize = 15;
 const OF_NODE: usize = 9;
+/// How far off 1 the squared length of a course may be, and by which share rounding passes a bound.
+const UNIT: f32 = 1e-3;
+const ROUNDED: f64 = 1e-5;
+/// No fish comes so far from its habitat: it takes the fastest water eleven days [m].
+const FARTHEST: f64 = 1e7;
+/// No body moves by itself so fast, nor is it torn apart so far [lengths a second, lengths].
+const FASTEST: f32 = 1e3;
+const EXTENT: f32 = 10.0;
 
 impl State {
     /// Into the plugin's state, version 1.
@@ -70,7 +82,7 @@ impl Shoal {
             state.minds.extend(fish.course.to_array());
             state.minds.push(fish.speed);
             state.minds.extend(fish.water.to_array());
-            state.minds.extend([swimmer.phase, fish.since]);
+            state.minds.extend([fish.phase, fish.since]);
             state.minds.extend(fish.bias);
             state.minds.extend([fish.hunger, fish.love, fish.fright, fish.reach]);
             let offsets = &self.offsets[fish.kind as usize][slot * count..(slot + 1) * count];
@@ -86,7 +98,7 @@ impl Shoal {
     /// # Errors
     /// What is wrong with it; then nothing has changed.
     pub fn load(&mut self, state: &State) -> Result<(), String> {
-        let own = |fish: &super::Fish| self.kinds[fish.kind as usize].plan.body().nodes().len() as u32;
+        let own = |fish: &Fish| self.kinds[fish.kind as usize].plan.body().nodes().len() as u32;
         let nodes: Vec<u32> = self.fish.iter().map(own).collect();
         if state.nodes != nodes {
             return Err(format!(
@@ -105,12 +117,7 @@ impl Shoal {
         if let Some((name, is, must)) = lengths.iter().find(|(_, is, must)| is != must) {
             return Err(format!("`{name}` has {is} numbers in place of {must}"));
         }
-        let finite = state.time.is_finite()
-            && state.places.iter().all(|x| x.is_finite())
-            && state.minds.iter().chain(&state.bodies).all(|x| x.is_finite());
-        if !finite {
-            return Err("has a number that is not finite".into());
-        }
+        self.check(state)?;
         let mut bodies = state.bodies.as_chunks::<OF_NODE>().0.iter();
         self.time = state.time;
         let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
@@ -128,7 +135,7 @@ impl Shoal {
             let swimmer = &mut tank.swimmers_mut()[slot];
             swimmer.origin = DVec3::from_slice(&place[3..6]);
             swimmer.water = DVec3::from_slice(&place[6..]);
-            swimmer.phase = mind[7];
+            (swimmer.phase, fish.phase) = (mind[7], mind[7]);
             let (positions, velocities) = tank.nodes_mut(slot);
             let count = positions.len();
             let offsets = &mut self.offsets[fish.kind as usize][slot * count..(slot + 1) * count];
@@ -141,5 +148,105 @@ impl Shoal {
             }
         }
         Ok(())
+    }
+
+    /// Refuses, by its name, a number that no step writes.
+    fn check(&self, state: &State) -> Result<(), String> {
+        if !(0.0..f64::INFINITY).contains(&state.time) {
+            return Err(format!("is of the time {} s; allowed: 0 and more", state.time));
+        }
+        let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
+        let mut bodies = state.bodies.as_chunks::<OF_NODE>().0.iter();
+        for (number, (((fish, nodes), near), (place, mind))) in
+            self.fish.iter().zip(&state.nodes).zip(&state.near).zip(parts).enumerate()
+        {
+            let bounds = Bounds::of(fish, &self.kinds[fish.kind as usize]);
+            let refuse = |problem: String| Err(format!("has a fish, {number}, {problem}"));
+            if *near > 1 {
+                return refuse(format!("whose body is stepped: {near}; allowed: 0 and 1"));
+            }
+            let habitat = &self.habitats[fish.habitat as usize];
+            let at = |from: usize| DVec3::from_slice(&place[from..from + 3]);
+            let off = |at: DVec3| at.distance(at.clamp(habitat.low, habitat.high));
+            let [course, water] = [0, 4].map(|from| Vec3::from_slice(&mind[from..from + 3]));
+            let unit = course.length_squared();
+            let lengths = [
+                ("is away from its habitat [m]", off(at(0)), FARTHEST),
+                ("has its origin away from its habitat [m]", off(at(3)), FARTHEST),
+                ("has a body in water of [m/s]", at(6).length(), bounds.water),
+                ("is in water of [m/s]", f64::from(water.length()), bounds.water),
+            ];
+            for (what, is, most) in lengths {
+                if !(0.0..=most).contains(&is) {
+                    return refuse(format!("that {what} {is}; allowed: 0 to {most}"));
+                }
+            }
+            if !(1.0 - UNIT..=1.0 + UNIT).contains(&unit) {
+                return refuse(format!("with a course of length {}; allowed: 1", unit.sqrt()));
+            }
+            let turn = bounds.turn;
+            let numbers = [
+                ("speed", mind[3], [-bounds.speed, bounds.speed]),
+                ("phase", mind[7], [0.0, 1.0]),
+                ("time as a point", mind[8], [0.0, BLEND]),
+                ("bias to its side", mind[9], [-turn, turn]),
+                ("bias upward", mind[10], [-turn, turn]),
+                ("hunger", mind[11], [0.0, 1.0]),
+                ("love", mind[12], [0.0, 1.0]),
+                ("fright", mind[13], [0.0, FRIGHT]),
+                ("reach", mind[14], bounds.reach),
+            ];
+            for (name, is, [least, most]) in numbers {
+                if !(least..=most).contains(&is) {
+                    return refuse(format!("whose {name} is {is}; allowed: {least} to {most}"));
+                }
+            }
+            for (node, from) in bodies.by_ref().take(*nodes as usize).enumerate() {
+                let kinds = [
+                    ("place", 0, bounds.extent),
+                    ("velocity", 3, bounds.velocity),
+                    ("way off the gait", 6, bounds.extent),
+                ];
+                for (name, first, most) in kinds {
+                    let is = Vec3::from_slice(&from[first..first + 3]).length();
+                    if !(0.0..=most).contains(&is) {
+                        return refuse(format!(
+                            "whose node {node} has a {name} of {is}; allowed: 0 to {most}"
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the numbers of a fish's state are at most.
+struct Bounds {
+    /// [m/s]
+    water: f64,
+    speed: f32,
+    turn: f32,
+    /// Least and greatest.
+    reach: [f32; 2],
+    /// Of nodes, at the species' own size [m, m/s].
+    extent: f32,
+    velocity: f32,
+}
+
+impl Bounds {
+    fn of(fish: &Fish, kind: &Kind) -> Self {
+        let (size, length) = (fish.size as f32, kind.length() as f32);
+        let water = f64::from(FASTEST_WATER) + f64::from(2.0 * CARRIES * size * length);
+        // Bodies are given the water's velocity, and their own on top.
+        let speed = 2.0 * water as f32 + FASTEST * size * length;
+        Self {
+            water: water * (1.0 + ROUNDED),
+            speed,
+            turn: kind.gait.turn as f32 * (1.0 + ROUNDED as f32),
+            reach: [least_reach(kind), kind.range()],
+            extent: EXTENT * length,
+            velocity: speed / size,
+        }
     }
 }

@@ -1,28 +1,52 @@
 //! What a fish keeps clear of that does not swim: the walls of its habitat, the sea bed, rocks, the surface.
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::{DVec3, Vec3};
+use reef_flow::simd::{clamp, splat};
 use reef_sdk::{Heightfield, abi::Obstacle};
 
-use super::Habitat;
+use crate::lanes::Vector;
 
 /// How near to a wall a fish begins to turn, in its lengths, and at most as a share of the habitat.
-const MARGIN: f64 = 3.0;
-const MOST_MARGIN: f64 = 0.35;
+const MARGIN: f32 = 3.0;
+const MOST_MARGIN: f32 = 0.35;
 /// How far ahead it looks for rocks and the bed, in its lengths.
 const LOOK_AHEAD: f64 = 1.5;
 /// How far it keeps from them, in its lengths.
 const CLEAR: f64 = 1.5;
+/// How strongly it turns at a wall.
+const STRENGTH: f32 = 4.0;
 
-/// Everything that stands around.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Walls<'a> {
-    pub(super) bed: Option<Heightfield<'a>>,
-    pub(super) obstacles: &'a [Obstacle],
-    /// y of still water [m].
-    pub(super) surface: f64,
+/// The way off the walls of boxes, from 0 at the margin to [`STRENGTH`] at the wall, and on behind it.
+/// `low`, `high`: corners as `at` [m]; the surface is a wall at `top` [m] for the middle of a fish.
+#[inline(always)]
+pub(super) fn boxed<S: Simd>(
+    simd: S,
+    at: Vector<S>,
+    [low, high]: [Vector<S>; 2],
+    top: f32x8<S>,
+    length: f32x8<S>,
+) -> Vector<S> {
+    let mut urge = [splat(simd, 0.0); 3];
+    for axis in 0..3 {
+        let most = (high[axis] - low[axis]) * splat(simd, MOST_MARGIN);
+        let margin = (length * splat(simd, MARGIN)).min(most).max(splat(simd, 1e-6));
+        let per = splat(simd, 1.0) / margin;
+        let high = if axis == 1 { high[1].min(top) } else { high[axis] };
+        let one = splat(simd, 1.0);
+        urge[axis] =
+            near(simd, one - (at[axis] - low[axis]) * per) - near(simd, one - (high - at[axis]) * per);
+    }
+    urge
 }
 
-/// A fish, as walls see it.
+#[inline(always)]
+fn near<S: Simd>(simd: S, depth: f32x8<S>) -> f32x8<S> {
+    let depth = clamp(depth, splat(simd, 0.0), splat(simd, 2.0));
+    splat(simd, STRENGTH) * depth * depth
+}
+
+/// A fish, as the bed and rocks see it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Body {
     pub(super) at: DVec3,
@@ -32,51 +56,53 @@ pub(super) struct Body {
     pub(super) height: f64,
 }
 
-/// The way off what is near, 1 and more where a fish has to turn at once; and the way that the water in front
-/// of what it would touch carries it.
-pub(super) fn avoid(walls: &Walls<'_>, obstacles: &[u32], habitat: &Habitat, fish: &Body) -> [Vec3; 2] {
-    let mut urge = DVec3::ZERO;
-    let mut push = DVec3::ZERO;
-    let extent = habitat.high - habitat.low;
-    let top = habitat.high.y.min(walls.surface - 0.5 * fish.height);
-    for axis in 0..3 {
-        let margin = (MARGIN * fish.length).min(MOST_MARGIN * extent[axis]).max(1e-6);
-        let high = if axis == 1 { top } else { habitat.high[axis] };
-        let low_side = 1.0 - (fish.at[axis] - habitat.low[axis]) / margin;
-        let high_side = 1.0 - (high - fish.at[axis]) / margin;
-        urge[axis] += nearness(low_side) - nearness(high_side);
-    }
-    if let Some(bed) = &walls.bed {
-        let ahead = fish.at + fish.course.as_dvec3() * (LOOK_AHEAD * fish.length);
-        let height = |at: DVec3| at.y - f64::from(bed.height(at.x, at.z));
-        let clear = 0.5 * fish.height + CLEAR * fish.length;
-        let (here, there) = (height(fish.at), height(ahead));
-        urge.y += nearness(1.0 - here.min(there) / clear);
-        let touching = 0.5 * fish.height;
-        push.y += (1.0 - here / touching.max(1e-6)).clamp(0.0, 1.0);
-    }
-    for number in obstacles {
-        let obstacle = &walls.obstacles[*number as usize];
-        let ahead = fish.at + fish.course.as_dvec3() * (LOOK_AHEAD * fish.length);
-        let [here, there] = [fish.at, ahead].map(|at| off(obstacle, at));
-        let clear = CLEAR * fish.length;
-        for (away, distance) in [here, there] {
-            urge += away * nearness(1.0 - distance / clear);
-        }
-        let touching = 0.5 * fish.height;
-        push += here.0 * (1.0 - here.1 / touching.max(1e-6)).clamp(0.0, 1.0);
-    }
-    [urge.as_vec3(), push.as_vec3()]
+/// The way off something, and the way that the water in front of what a fish would touch carries it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Off {
+    pub(super) urge: DVec3,
+    pub(super) push: DVec3,
 }
 
-/// From 0 at the margin to 4 at the wall, and on behind it.
+impl Body {
+    fn ahead(&self) -> DVec3 {
+        self.at + self.course.as_dvec3() * (LOOK_AHEAD * self.length)
+    }
+
+    /// How strongly what is so far off its skin pushes it away, 0..1.
+    fn touched(&self, off: f64) -> f64 {
+        (1.0 - off / (0.5 * self.height).max(1e-6)).clamp(0.0, 1.0)
+    }
+
+    /// Below this height over the highest of a bed it has to do with it [m].
+    pub(super) fn over(&self) -> f64 {
+        0.5 * self.height + (CLEAR + LOOK_AHEAD) * self.length
+    }
+
+    /// Keeps off the bed.
+    pub(super) fn bed(&self, bed: &Heightfield<'_>, off: &mut Off) {
+        let height = |at: DVec3| at.y - f64::from(bed.height(at.x, at.z));
+        let (here, there) = (height(self.at), height(self.ahead()));
+        off.urge.y += nearness(1.0 - here.min(there) / (0.5 * self.height + CLEAR * self.length));
+        off.push.y += self.touched(here);
+    }
+
+    /// Keeps off a rock.
+    pub(super) fn rock(&self, obstacle: &Obstacle, off: &mut Off) {
+        let [here, there] = [self.at, self.ahead()].map(|at| gap(obstacle, at));
+        for (away, distance) in [here, there] {
+            off.urge += away * nearness(1.0 - distance / (CLEAR * self.length));
+        }
+        off.push += here.0 * self.touched(here.1);
+    }
+}
+
 fn nearness(depth: f64) -> f64 {
     let depth = depth.clamp(0.0, 2.0);
-    4.0 * depth * depth
+    f64::from(STRENGTH) * depth * depth
 }
 
 /// The way off a capsule, unit, and how far its skin is [m].
-fn off(obstacle: &Obstacle, at: DVec3) -> (DVec3, f64) {
+fn gap(obstacle: &Obstacle, at: DVec3) -> (DVec3, f64) {
     let from = DVec3::from(obstacle.from);
     let delta = Vec3::from(obstacle.delta).as_dvec3();
     let along = (at - from).dot(delta) / delta.length_squared().max(f64::MIN_POSITIVE);
@@ -92,5 +118,5 @@ pub(super) fn reach(length: f64) -> f64 {
 
 /// Whether an obstacle comes within `radius` [m] of a place.
 pub(super) fn touches(obstacle: &Obstacle, at: DVec3, radius: f64) -> bool {
-    off(obstacle, at).1 < radius
+    gap(obstacle, at).1 < radius
 }

@@ -147,6 +147,21 @@ fn a_fish_stays_near_its_anemone_and_hides_in_it() {
 }
 
 #[test]
+fn an_anemone_is_no_home_to_a_species_without_one() {
+    let mut species = plain();
+    let after = |species: &Species, home: Option<DVec3>| {
+        let own = Start { home, ..start(0, 0.5, 0.0, 0.0) };
+        let mut shoal = of(&[(species, vec![])], habitat(20.0), &[own]);
+        run(&mut shoal, &around(0.0), 2.0);
+        shoal.fish()[0].position
+    };
+    let home = Some(DVec3::new(0.0, -5.0, 3.0));
+    assert_eq!(after(&species, home), after(&species, None));
+    species.mind.home = 5.0;
+    assert_ne!(after(&species, home), after(&species, None));
+}
+
+#[test]
 fn rocks_the_bed_and_the_surface_are_kept_clear_of() {
     let species = {
         let mut species = plain();

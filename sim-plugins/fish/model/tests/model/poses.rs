@@ -110,10 +110,53 @@ fn a_state_of_other_fish_is_refused_and_changes_nothing() {
     let mut short = before.clone();
     short.minds.pop();
     assert!(shoal.load(&short).expect_err("refused").starts_with("`minds` has"));
-    let mut broken = before.clone();
-    broken.bodies[3] = f32::NAN;
-    assert!(shoal.load(&broken).expect_err("refused").contains("not finite"));
     assert!(shoal.save() == before);
+}
+
+#[test]
+fn a_number_that_no_step_writes_is_refused_by_its_name() {
+    let mut shoal = shoal(5, 5.0);
+    go_on(&mut shoal, 10);
+    let before = shoal.save();
+    let mut refused = |forge: &dyn Fn(&mut State), problem: &str| {
+        let mut forged = before.clone();
+        forge(&mut forged);
+        let refused = shoal.load(&forged).expect_err(problem);
+        assert!(refused.contains(problem), "{refused}");
+        assert!(shoal.save() == before);
+    };
+    refused(&|state| state.time = -1.0, "is of the time -1 s");
+    refused(&|state| state.near[2] = 2, "has a fish, 2, whose body is stepped: 2; allowed: 0 and 1");
+    for (number, value, problem) in [
+        (0, 1e9, "that is away from its habitat [m]"),
+        (4, f64::NAN, "that has its origin away from its habitat [m] NaN; allowed: 0 to 10000000"),
+        (8, 100.0, "that has a body in water of [m/s] 100"),
+    ] {
+        refused(&|state| state.places[2 * 9 + number] = value, problem);
+    }
+    for (number, value, problem) in [
+        (1, 40.0, "with a course of length 40"),
+        (3, f32::INFINITY, "whose speed is inf"),
+        (5, -50.0, "that is in water of [m/s] 50"),
+        (7, 1.5, "whose phase is 1.5; allowed: 0 to 1"),
+        (8, 1.0, "whose time as a point is 1; allowed: 0 to 0.5"),
+        (9, 0.2, "whose bias to its side is 0.2"),
+        (10, -0.2, "whose bias upward is -0.2"),
+        (11, 2.0, "whose hunger is 2; allowed: 0 to 1"),
+        (12, -1.0, "whose love is -1"),
+        (13, 3.0, "whose fright is 3; allowed: 0 to 2"),
+        (14, 1e12, "has a fish, 2, whose reach is 1000000000000; allowed: 1.5 to 6"),
+        (14, 1.0, "whose reach is 1; allowed: 1.5 to 6"),
+    ] {
+        refused(&|state| state.minds[2 * 15 + number] = value, problem);
+    }
+    for (number, problem) in [
+        (1, "whose node 7 has a place of 1000000"),
+        (3, "whose node 7 has a velocity of 1000000"),
+        (8, "whose node 7 has a way off the gait of 1000000"),
+    ] {
+        refused(&|state| state.bodies[(2 * 23 + 7) * 9 + number] = 1e6, problem);
+    }
 }
 
 #[test]
