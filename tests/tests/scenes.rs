@@ -383,7 +383,7 @@ fn a_sea_is_the_same_with_any_number_of_workers_and_over_a_save() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout).lines().last().expect("a hash").to_owned()
     };
-    for scene in ["particles-table1", "particles-wake", "seaweed-fig8", "seaweed-shelter"] {
+    for scene in ["particles-table1", "particles-wake", "seaweed-fig8", "seaweed-shelter", "fish-species"] {
         let whole = last(&["sim", scene, "--steps", "90", "--hash", "--workers", "1"]);
         assert_eq!(last(&["sim", scene, "--steps", "90", "--hash", "--workers", "2"]), whole, "{scene}");
         last(&["sim", scene, "--steps", "50", "--save-state", &state]);

@@ -8,10 +8,10 @@ use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_plugin::Registry;
 use reef_render::{Quality, Settings, Shot, Studio};
 use reef_report::failure::Failure;
-use reef_sea::{Options, World};
+use reef_sea::{Options, World, scene::Scene};
 use reef_streams::frame::Frame;
 
-use super::{measure::median, report::Report};
+use super::{fibre::running, measure::median, report::Report};
 
 /// Picture [px], and how many are measured of each cell.
 const SIZE: (u32, u32) = (1280, 720);
@@ -28,16 +28,22 @@ pub(super) fn figure(world: &World, name: &str) -> f64 {
     figures.into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// A scene's sea with some of its modules.
+/// The sea of a scene that `edit` made another.
 pub(super) fn world(
     common: &Common,
     plugins: &Registry,
     scene: &str,
-    wanted: impl Fn(&str) -> bool,
+    edit: impl FnOnce(&mut Scene),
 ) -> Result<World, Failure> {
     let mut scene = open::scene(common, Path::new(scene), plugins)?;
-    scene.modules.retain(|module| wanted(&module.plugin));
+    edit(&mut scene);
     World::new(scene, plugins, &Options { seed: common.seed, ..Options::default() }).map_err(Failure::input)
+}
+
+/// Steps before anything is measured: what is there has gone over to its levels of detail.
+pub(super) fn warm(world: &mut World, steps: usize) -> Result<(), Failure> {
+    (0..steps).for_each(|_| world.step());
+    running(world)
 }
 
 /// Sets parameters of all modules: `wanted` says the value of one by its module's plugin and its key; None:

@@ -98,13 +98,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("through the scene, two workers", rate(4), UNIT);
     report.judged("the scene's share of the ceiling", 100.0 * faster(3, 0), "%", Bar::AtLeast(45.0));
     report.figure("the scene over scalar code", faster(3, 1), "×");
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    if cores >= 2 {
-        report.judged("two workers over one", faster(4, 3), "×", Bar::AtLeast(1.8));
-    } else {
-        report.figure("two workers over one", faster(4, 3), "×");
-        report.note("This machine has one core: two workers have no bar.");
-    }
+    report.two_workers(faster(4, 3));
     let share = 100.0 * best(&seen, 3) / best(&seen, 6);
     report.judged("its speed under 30 wave trains, over that without", share, "%", Bar::AtLeast(88.0));
     for (plants, bed) in BEDS.iter().zip(&beds) {

@@ -65,6 +65,17 @@ impl Report {
         self.figures.push(Figure { name: name.into(), value, unit, bar: Some(bar) });
     }
 
+    /// How much faster two workers are than one, where the machine has two cores.
+    pub fn two_workers(&mut self, ratio: f64) {
+        const NAME: &str = "two workers over one";
+        if std::thread::available_parallelism().map_or(1, usize::from) >= 2 {
+            self.judged(NAME, ratio, "×", Bar::AtLeast(1.8));
+        } else {
+            self.figure(NAME, ratio, "×");
+            self.note("This machine has one core: two workers have no bar.");
+        }
+    }
+
     /// Adds a remark.
     pub fn note(&mut self, text: impl Into<String>) {
         self.notes.push(text.into());

@@ -1,16 +1,14 @@
 //! `reef bench seaweed`: joint-steps a second of the seaweeds, through a scene as every other scene runs —
 //! file, world, dynamic library, streams — beside a bare kernel over hot data in the same rounds.
 
-use std::path::Path;
-
 use reef_command::{Common, open};
 use reef_flow::Level;
 use reef_report::failure::Failure;
-use reef_sea::{Options, World};
+use reef_sea::World;
 use reef_seaweed_model::bare::Bare;
 
 use super::{
-    cells::{figure, set},
+    cells::{figure, set, warm, world},
     fibre::running,
     measure::{Work, best, rounds},
     report::{Bar, Report},
@@ -58,14 +56,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("through the scene, two workers", rate(2, computed(&two)), UNIT);
     let share = 100.0 * rate(1, computed(&one)) / ceiling;
     report.judged("the scene's share of the ceiling", share, "%", Bar::AtLeast(50.0));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let ratio = best(&seen, 1) / best(&seen, 2);
-    if cores >= 2 {
-        report.judged("two workers over one", ratio, "×", Bar::AtLeast(1.8));
-    } else {
-        report.figure("two workers over one", ratio, "×");
-        report.note("This machine has one core: two workers have no bar.");
-    }
+    report.two_workers(best(&seen, 1) / best(&seen, 2));
     report.figure("under wave trains, one worker", rate(3, computed(&waves)), UNIT);
     report.figure("a step under wave trains, no levels of detail", 1e3 * best(&seen, 3), "ms");
     report.figure("the same with levels of detail", 1e3 * best(&seen, 4), "ms");
@@ -91,14 +82,13 @@ enum Waves {
 fn sea(common: &Common, workers: usize, waves: Waves, levels: bool) -> Result<World, Failure> {
     let common = Common { workers: Some(workers), ..common.clone() };
     let plugins = open::plugins(&common)?;
-    let mut scene = open::scene(&common, Path::new(SCENE), &plugins)?;
-    scene.modules.retain(|module| module.plugin == "reef.seaweed");
-    for density in scene.modules.iter_mut().filter_map(|module| module.config.pointer_mut("/beds/0/density"))
-    {
-        *density = DENSITY.into();
-    }
-    let options = Options { seed: common.seed, ..Options::default() };
-    let mut world = World::new(scene, &plugins, &options).map_err(Failure::input)?;
+    let mut world = world(&common, &plugins, SCENE, |scene| {
+        scene.modules.retain(|module| module.plugin == "reef.seaweed");
+        let beds = scene.modules.iter_mut();
+        for density in beds.filter_map(|module| module.config.pointer_mut("/beds/0/density")) {
+            *density = DENSITY.into();
+        }
+    })?;
     set(&mut world, |_, key| match key {
         "segments" | "whole" | "visible" | "trains" => Some(f64::from(levels)),
         "waves" => Some(f64::from(waves == Waves::All)),
@@ -106,7 +96,6 @@ fn sea(common: &Common, workers: usize, waves: Waves, levels: bool) -> Result<Wo
         "sources" | "shelter" => Some(0.0),
         _ => None,
     });
-    (0..WARM_STEPS).for_each(|_| world.step());
-    running(&mut world)?;
+    warm(&mut world, WARM_STEPS)?;
     Ok(world)
 }

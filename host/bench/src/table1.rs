@@ -14,7 +14,7 @@ use reef_sea::{World, step::camera};
 use reef_streams::frame::CameraPose;
 
 use super::{
-    cells::{figure, line, pictures, set, world},
+    cells::{figure, line, pictures, set, warm, world},
     fibre::running,
     measure::{Work, best, rounds},
     report::{Bar, Report},
@@ -151,13 +151,12 @@ fn trains_an_orbit(world: &World) -> f64 {
 
 /// The sea of one cell of the table.
 fn cell(common: &Common, plugins: &Registry, row: &Row, distance: f64) -> Result<World, Failure> {
-    let mut world = world(common, plugins, SCENE, |_| true)?;
+    let mut world = world(common, plugins, SCENE, |_| ())?;
     switch(&mut world, row.trains, row.levels);
     let (eye, target) = (DVec3::new(0.3, -1.0, FACE + distance), DVec3::new(0.0, -1.0, 0.0));
     let pose = CameraPose { position: eye, rotation: camera::look(eye, target), ..world.frame().camera };
     world.set_camera(Some(pose));
-    (0..WARM_STEPS).for_each(|_| world.step());
-    running(&mut world)?;
+    warm(&mut world, WARM_STEPS)?;
     Ok(world)
 }
 
@@ -177,10 +176,11 @@ fn switch(world: &mut World, trains: Trains, levels: bool) {
 /// A step of the default sea's particles alone, with levels of detail and without.
 fn default_sea(common: &Common, plugins: &Registry, report: &mut Report) -> Result<(), Failure> {
     let load = |levels: bool| -> Result<World, Failure> {
-        let mut world = world(common, plugins, open::DEFAULT_SCENE, |plugin| plugin == PLUGIN)?;
+        let mut world = world(common, plugins, open::DEFAULT_SCENE, |scene| {
+            scene.modules.retain(|module| module.plugin == PLUGIN);
+        })?;
         switch(&mut world, if levels { Trains::Sum } else { Trains::All }, levels);
-        (0..WARM_STEPS).for_each(|_| world.step());
-        running(&mut world)?;
+        warm(&mut world, WARM_STEPS)?;
         Ok(world)
     };
     let (mut with, mut without) = (load(true)?, load(false)?);

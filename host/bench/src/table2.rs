@@ -5,16 +5,14 @@
 //! As in table 1, steps and pictures are told apart: what the levels of detail save of the simulation is
 //! judged by ratios within one run.
 
-use std::path::Path;
-
 use reef_command::{Common, open};
 use reef_plugin::Registry;
 use reef_report::failure::Failure;
-use reef_sea::{Options, World};
+use reef_sea::World;
 use serde_json::{Value, json};
 
 use super::{
-    cells::{figure, line, pictures, set},
+    cells::{figure, line, pictures, set, warm, world},
     fibre::running,
     measure::{Work, best, rounds},
     report::{Bar, Report},
@@ -76,15 +74,16 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     let saved = steps[width - 1] / steps[2 * width - 1];
     report.judged("levels of detail over none, 300 plants", saved, "×", Bar::AtLeast(SAVED));
     let last = 2 * width;
-    report.figure("100 plants and 2400 particles", 1.0 / steps[last], "steps/s");
+    let together = format!("{} plants and {} particles", TOGETHER.0, TOGETHER.1);
+    report.figure(together.clone(), 1.0 / steps[last], "steps/s");
     if let Some(frames) = &frames {
         report.figure("the same, with their pictures", 1.0 / (steps[last] + frames[last]), "frames/s");
     }
     report.note(format!(
         "Steps: {} workers, {ROUNDS} short rounds in which all cells take turns; each one's best counts. The paper: \
-         frames/s of both on an Athlon XP 2400+, GeForce FX 5700 LE; 100 plants and 2400 particles at about {}.",
+         frames/s of both on an Athlon XP 2400+, GeForce FX 5700 LE; {together} at about {}.",
         open::workers(common),
-        TOGETHER.2
+        TOGETHER.2,
     ));
     Ok(report)
 }
@@ -106,27 +105,25 @@ fn cell(
     levels: bool,
     particles: u32,
 ) -> Result<World, Failure> {
-    let mut scene = open::scene(common, Path::new(SCENE), plugins)?;
-    scene.file.waves = None;
-    for module in &mut scene.modules {
-        if let Some(beds) = module.config.get_mut("beds") {
-            *beds = json!([]);
-            module.config["plants"] = (0..plants as u32).map(plant).collect();
+    let mut world = world(common, plugins, SCENE, |scene| {
+        scene.file.waves = None;
+        for module in &mut scene.modules {
+            if let Some(beds) = module.config.get_mut("beds") {
+                *beds = json!([]);
+                module.config["plants"] = (0..plants as u32).map(plant).collect();
+            }
+            if let Some(count) = module.config.pointer_mut("/boxes/0/count") {
+                *count = json!(particles);
+            }
         }
-        if let Some(count) = module.config.pointer_mut("/boxes/0/count") {
-            *count = json!(particles);
+        if particles == 0 {
+            scene.modules.retain(|module| module.config.pointer("/boxes").is_none());
         }
-    }
-    if particles == 0 {
-        scene.modules.retain(|module| module.config.pointer("/boxes").is_none());
-    }
-    let options = Options { seed: common.seed, ..Options::default() };
-    let mut world = World::new(scene, plugins, &options).map_err(Failure::input)?;
+    })?;
     set(&mut world, |plugin, key| match (plugin, key) {
         ("reef.seaweed", "segments" | "whole" | "visible" | "trains") => Some(f64::from(levels)),
         _ => None,
     });
-    (0..WARM_STEPS).for_each(|_| world.step());
-    running(&mut world)?;
+    warm(&mut world, WARM_STEPS)?;
     Ok(world)
 }

@@ -74,13 +74,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("a million particles, two workers", rate(5), UNIT);
     report.judged("the million's share of the ceiling", 100.0 * rate(4) / rate(0), "%", Bar::AtLeast(60.0));
     report.figure("the million over scalar code", rate(4) / rate(1), "×");
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    if cores >= 2 {
-        report.judged("two workers over one", rate(5) / rate(4), "×", Bar::AtLeast(1.8));
-    } else {
-        report.figure("two workers over one", rate(5) / rate(4), "×");
-        report.note("This machine has one core: two workers have no bar.");
-    }
+    report.two_workers(rate(5) / rate(4));
     report.note(format!(
         "An evaluation: one particle and one of {} trains, position and velocity. {ROUNDS} short rounds in which all take \
          turns; each one's best counts.",

@@ -11,7 +11,7 @@ use super::{
 use reef_abi as abi;
 use reef_plugin::{
     bare::survey::{Descriptor, Text},
-    info::MOST_TRACES,
+    info::{MOST_TRACES, is_trace_name},
 };
 
 const STRINGS: &str = "`const char *` alone is NUL-terminated and valid until close()";
@@ -277,14 +277,12 @@ fn spare(subject: &Subject) -> Outcome {
 }
 
 fn traces(subject: &Subject) -> Outcome {
-    let word =
-        |text: &str| !text.is_empty() && text.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_'));
     each(subject, |d| {
         let Some(traces) = &d.traces else { return Some("its traces are NULL".into()) };
         if d.trace_count > MOST_TRACES {
             return Some(format!("its trace_count is {}, allowed is 0 to {MOST_TRACES}", d.trace_count));
         }
-        let wrong = traces.iter().find(|name| !name.good().is_some_and(word));
+        let wrong = traces.iter().find(|name| !name.good().is_some_and(is_trace_name));
         let wrong = wrong.map(|name| format!("the trace {name:?} is no word of a-z, 0-9 and `_`"));
         let twice = || (1..traces.len()).find(|at| traces[..*at].contains(&traces[*at]));
         wrong.or_else(|| twice().map(|at| format!("two of its traces are {:?}", traces[at])))

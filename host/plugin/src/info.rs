@@ -17,6 +17,11 @@ pub const MOST_CHOICES: u32 = 256;
 /// Most kinds of traces of a plugin.
 pub const MOST_TRACES: u32 = 16;
 
+/// Whether recordings can write this name of traces: a word of a-z, 0-9 and `_`.
+pub fn is_trace_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
 /// What values a parameter takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -218,10 +223,7 @@ pub(crate) unsafe fn read(
     // SAFETY: the caller's promise.
     let traces =
         unsafe { names(descriptor.traces, descriptor.trace_count, MOST_TRACES, "trace") }.map_err(of)?;
-    let word = |name: &&String| {
-        !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
-    };
-    if let Some(wrong) = traces.iter().find(|name| !word(name)) {
+    if let Some(wrong) = traces.iter().find(|name| !is_trace_name(name)) {
         return Err(of(format!("its trace {wrong:?} must be of a-z, 0-9 and `_`")));
     }
     if let Some(at) = (1..traces.len()).find(|at| traces[..*at].contains(&traces[*at])) {

@@ -23,6 +23,8 @@ pub struct Refused {
     pub path: PathBuf,
     /// Why.
     pub reason: Refusal,
+    /// The plugins that are known to be in it.
+    pub ids: Vec<String>,
 }
 
 /// A library that was tried before and that nobody has asked for yet.
@@ -57,7 +59,7 @@ impl Dormant {
     /// Why it could not be loaded when somebody asked for it.
     fn refused(&self) -> Option<Refused> {
         let reason = self.plugins.get()?.as_ref().err()?.clone();
-        Some(Refused { path: self.path.clone(), reason })
+        Some(Refused { path: self.path.clone(), reason, ids: self.ids.clone() })
     }
 }
 
@@ -116,7 +118,7 @@ impl Registry {
             Ok(entries) => entries,
             Err(error) => {
                 let reason = Refusal::Unreadable(error.to_string());
-                self.refused.push(Refused { path: folder.to_owned(), reason });
+                self.refused.push(Refused { path: folder.to_owned(), reason, ids: Vec::new() });
                 return;
             }
         };
@@ -137,7 +139,7 @@ impl Registry {
                 Err(reason @ Refusal::Duplicate { .. }) if !asked_for => {
                     self.notes.push((path, reason.to_string()));
                 }
-                Err(reason) => self.refused.push(Refused { path, reason }),
+                Err(reason) => self.refused.push(Refused { path, reason, ids: Vec::new() }),
             }
         }
     }
@@ -179,7 +181,10 @@ impl Registry {
         for dormant in std::mem::take(&mut self.dormant) {
             match dormant.load() {
                 Ok(plugins) => self.plugins.extend(plugins),
-                Err(reason) => self.refused.push(Refused { path: dormant.path.clone(), reason }),
+                Err(reason) => {
+                    let (path, ids) = (dormant.path.clone(), dormant.ids.clone());
+                    self.refused.push(Refused { path, reason, ids });
+                }
             }
         }
     }
@@ -250,7 +255,9 @@ impl Registry {
     /// The file in which the plugin with this id was found, where it could not be loaded when
     /// [`Registry::get`] asked for it.
     pub fn failed(&self, id: &str) -> Option<Refused> {
-        self.dormant_with(id)?.refused()
+        let told = |refused: &&Refused| refused.ids.iter().any(|known| known == id);
+        let before = || self.refused.iter().find(told).cloned();
+        self.dormant_with(id).and_then(Dormant::refused).or_else(before)
     }
 
     /// The plugin with this id, if it is loaded.
@@ -339,6 +346,7 @@ mod tests {
         assert_eq!(registry.failed("a.asked").map(|failed| failed.reason), Some(Refusal::Empty));
         assert!(registry.failed("a.b").is_none() && registry.refused().is_empty());
         registry.absorb();
+        assert_eq!(registry.failed("a.asked").map(|failed| failed.reason), Some(Refusal::Empty), "still");
         assert_eq!(registry.ids().collect::<Vec<_>>(), ["a.b"]);
         let [refused] = registry.refused() else { panic!("{:?}", registry.refused()) };
         assert_eq!((refused.path.as_path(), &refused.reason), (Path::new("lib/a.asked"), &Refusal::Empty));

@@ -229,8 +229,8 @@ impl Packed {
         self.fastest = if self.shelters.is_empty() { 0.0 } else { steepness::greatest_speed(self) };
     }
 
-    /// One primitive. What is not finite, of unknown kind or without a peak does not act (the host refuses it
-    /// earlier).
+    /// One primitive. What is not finite or without a peak (the host refuses it earlier), or of unknown kind
+    /// (a later contract's), does not act.
     fn push(&mut self, flow: &Flow, origin: [f64; 3], owner: u64, bounds: Option<Sphere>) {
         if owner != 0 && flow.owner == owner {
             return;

@@ -55,7 +55,6 @@ pub struct Filled {
     pub message: Option<String>,
     /// Bytes that it says to have filled.
     pub size: u32,
-    /// What it left where zero stood.
     /// Functions of the table that are there.
     pub functions: [(&'static str, bool); 6],
     /// Nothing behind the size that it was given was written.

@@ -147,14 +147,14 @@ fn say(verdict: &Verdict, mut answer: File) -> ! {
 
 /// Bounds the child, which says nothing to anybody but its parent.
 fn bound() {
-    let limit = |resource, most: u64| {
-        let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
+    let at_most = |resource, most: u64| {
+        let most = libc::rlimit { rlim_cur: most, rlim_max: most };
         // SAFETY: a limit of this process. Where the system refuses, the process goes on without.
-        unsafe { libc::setrlimit(resource, &limit) };
+        unsafe { libc::setrlimit(resource, &most) };
     };
-    limit(libc::RLIMIT_CORE, 0);
-    limit(libc::RLIMIT_AS, MEMORY);
-    limit(libc::RLIMIT_CPU, (PROCESSOR * self::limit()).as_secs());
+    at_most(libc::RLIMIT_CORE, 0);
+    at_most(libc::RLIMIT_AS, MEMORY);
+    at_most(libc::RLIMIT_CPU, (PROCESSOR * limit()).as_secs());
     // SAFETY: the process leads a group of its own, which ends with its parent; its files are this process's
     // own.
     unsafe {

@@ -11,8 +11,8 @@ impl Catalogue for Registry {
         if let Some(plugin) = self.get(id) {
             return Ok(Some(PluginInfo::clone(plugin.info())));
         }
-        // What became of its file when it was loaded, or a file of that name that was refused, says more than
-        // "there is none".
+        // What became of its file when it was loaded, or a file of that name that was refused before anybody
+        // knew what is in it, says more than "there is none".
         let name = id.rsplit('.').next().unwrap_or(id).replace('-', "_");
         let refused = self.refused().iter().find(|refused| {
             let stem =

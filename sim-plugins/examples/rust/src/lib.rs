@@ -395,6 +395,7 @@ impl Plugin for Kelp {
             stiffness: input.param(STIFFNESS) as f32,
             delay: input.param(DELAY) as f32,
         };
+        input.host().figure("stalks", count as f64);
         let (stalks, vx, vz) = (&self.stalks, &*vx, &*vz);
         input.workers().for_each_part(
             (

@@ -90,11 +90,6 @@ impl Choice {
         (0..waves.len()).filter_map(move |number| waves.get(place(number)))
     }
 
-    /// Numbers of the trains, in the order in which [`Choice::count`] counts them.
-    pub fn order(&self) -> &[u16] {
-        &self.order
-    }
-
     /// How many trains matter for orbits at the height `y` [m, world] at a distance [m] from the eye.
     pub fn count(&self, y: f32, distance: f32) -> usize {
         self.selection.as_ref().map_or(usize::MAX, |selection| selection.count(y, distance))

@@ -64,14 +64,13 @@ pub struct Swell {
 }
 
 impl Swell {
-    /// Takes a step's trains over the depth [m], in the given order (numbers in `waves`, see
-    /// [`super::Choice::order`]). What is not finite or has no amplitude or no length moves nothing.
-    pub fn fill(&mut self, waves: &[Wave], order: &[u16], depth: f64) {
+    /// Takes a step's trains over the depth [m], in the order in which they are counted (see
+    /// [`super::Choice::in_order`]). What is not finite or has no amplitude or no length moves nothing.
+    pub fn fill<'a>(&mut self, waves: impl Iterator<Item = &'a Wave>, depth: f64) {
         self.trains.clear();
         self.depth = depth as f32;
         if depth > 0.0 {
-            let ordered = order.iter().filter_map(|number| waves.get(usize::from(*number)));
-            self.trains.extend(ordered.filter(|wave| acts(wave)).filter_map(|wave| Train::of(wave, depth)));
+            self.trains.extend(waves.filter(|wave| acts(wave)).filter_map(|wave| Train::of(wave, depth)));
         }
     }
 

@@ -34,9 +34,8 @@ fn sea(depth: f64) -> Vec<Wave> {
 }
 
 fn swell(waves: &[Wave], depth: f64) -> Swell {
-    let order: Vec<u16> = (0..).take(waves.len()).collect();
     let mut swell = Swell::default();
-    swell.fill(waves, &order, depth);
+    swell.fill(waves.iter(), depth);
     swell
 }
 
@@ -186,7 +185,7 @@ fn what_is_left_out_from_afar_moves_water_by_less_than_the_threshold() {
     let mut choice = Choice::default();
     choice.update(&waves, depth, lens, 1.0, Rule::Sum, [-depth, 0.0]);
     let mut ordered = Swell::default();
-    ordered.fill(&waves, choice.order(), depth);
+    ordered.fill(choice.in_order(&waves), depth);
     let selection = choice.selection().expect("made");
     let (mut dropped, mut random) = (0, Random(2));
     for _ in 0..300 {

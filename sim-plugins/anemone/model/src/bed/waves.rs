@@ -88,7 +88,7 @@ impl Swaying {
         // The whole height of the water: what is chosen for one plant does not depend on where the others
         // stand.
         choice.update(around.waves, around.depth, lens, LEAST_SEEN, Rule::Sum, [-around.depth, 0.0]);
-        swell.fill(around.waves, choice.order(), around.depth);
+        swell.fill(choice.in_order(around.waves), around.depth);
         if swell.is_still() {
             return &[];
         }
