@@ -11,7 +11,10 @@ use reef_sdk::{
     abi::{DrawVertex, Flow, MeshVertex, Wave},
 };
 
-use crate::{slice::Slice, species::Species};
+use crate::{
+    slice::{FARTHEST, Slice},
+    species::Species,
+};
 use animal::Animal;
 
 pub use jet::{Fit, fit};
@@ -60,6 +63,11 @@ pub struct PartMesh {
     pub indices: Vec<u32>,
 }
 
+/// Whether an animal may be at a place of the world [m]: not where one of its coordinates is no number.
+fn within_reach(place: DVec3) -> bool {
+    place.abs().to_array().iter().all(|way| *way <= FARTHEST)
+}
+
 /// All animals.
 #[derive(Clone, Debug)]
 pub struct Bloom {
@@ -82,12 +90,14 @@ impl Bloom {
             let own = species.get(birth.species).ok_or_else(|| {
                 format!("animals[{i}].species: must be below {}, is {}", species.len(), birth.species)
             })?;
-            if !(birth.size.is_finite()
-                && birth.size > 0.0
-                && birth.place.is_finite()
-                && birth.yaw.is_finite())
-            {
-                return Err(format!("animals[{i}]: size must be above 0, place and yaw must be finite"));
+            if !(birth.size.is_finite() && birth.size > 0.0 && birth.yaw.is_finite()) {
+                return Err(format!("animals[{i}]: size must be above 0 and finite, yaw must be finite"));
+            }
+            if !within_reach(birth.place) {
+                return Err(format!(
+                    "animals[{i}].place: must be within {FARTHEST} m along each axis, is {}",
+                    birth.place
+                ));
             }
             let animal = Animal::new(own, birth, density, viscosity)
                 .map_err(|problem| format!("animals[{i}]: {problem}"))?;

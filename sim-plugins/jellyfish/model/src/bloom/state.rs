@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
-use super::Bloom;
-use crate::slice::SliceState;
+use super::{Bloom, within_reach};
+use crate::slice::{FARTHEST, SliceState};
 
 /// Everything that moves, animal by animal.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,15 +104,18 @@ impl Bloom {
             };
             animal.slice.load(&slice).map_err(|problem| format!("animal {i} {problem}"))?;
             animal.base = DVec3::new(place[0], place[1], place[2]);
-            if !animal.base.is_finite() {
-                return Err(format!("animal {i} has a place that is not finite"));
+            if !within_reach(animal.place()) {
+                return Err(format!(
+                    "animal {i} is at {}, which must be within {FARTHEST} m along each axis",
+                    animal.place()
+                ));
             }
             let mut own = take(&mut trails, of_trails).ok_or_else(short)?;
             for trail in &mut animal.trails {
                 let own = take(&mut own, 2 * trail.points().len()).ok_or_else(short)?;
                 let points: Vec<DVec2> =
                     own.as_chunks::<2>().0.iter().map(|point| DVec2::from(*point)).collect();
-                trail.set_points(&points)?;
+                trail.set_points(&points).map_err(|problem| format!("animal {i}: {problem}"))?;
             }
             if !own.is_empty() {
                 return Err(short());

@@ -32,6 +32,9 @@ pub const LEAST_ROOM: f64 = 2.5;
 /// Bend of the bell's joints for an aim at right angles, and the most of it [rad]: more turns it no faster.
 const STEERING: f64 = 0.2;
 const STEERED: f64 = 0.05;
+/// Farthest that a window goes from where it was first, and an animal from the middle of the world, along
+/// each axis [m]: there a number still tells places apart that are 2 nm from each other.
+pub const FARTHEST: f64 = 1e7;
 /// How far the bell gets from the middle of the window before that follows, in cells.
 const SLACK: f64 = 1.0;
 
@@ -305,6 +308,13 @@ impl<T: Real> Slice<T> {
         let width = self.water.grid().width();
         if !state.points.iter().all(|value| (0.0..=width).contains(value)) {
             return Err(format!("has a point outside of its window of {width} m"));
+        }
+        let cell = self.water.grid().cell;
+        if !state.offset.iter().all(|cells| (*cells as f64 * cell).abs() <= FARTHEST) {
+            return Err(format!(
+                "has its window {:?} cells of {cell} m from where it began, which must be at most {FARTHEST} m",
+                state.offset
+            ));
         }
         if !(0.0..1.0).contains(&state.phase) {
             return Err(format!("has a phase of {}, which must be 0 to below 1", state.phase));

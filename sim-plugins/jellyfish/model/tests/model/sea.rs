@@ -165,9 +165,26 @@ fn a_saved_bloom_goes_on_and_a_wrong_state_changes_nothing() {
         change(&|s| s.trails[1] = f64::NAN),
         change(&|s| s.places[2] = f64::NAN),
         change(&|s| s.offsets.push(0)),
+        change(&|s| s.places[4] = 1e300),
+        change(&|s| s.offsets[2] = i64::MIN),
     ];
     for (i, state) in wrong.iter().enumerate() {
         assert!(first.load(state).is_err() && first.save() == before, "{i}");
+    }
+    // What is wrong with one of them names it.
+    let last = before.trails.len() - 1;
+    for state in [change(&|s| s.trails[last] = f64::NAN), wrong[8].clone(), wrong[9].clone()] {
+        let message = first.load(&state).expect_err("refused");
+        assert!(message.starts_with("animal 1"), "{message}");
+    }
+}
+
+#[test]
+fn an_animal_beyond_all_places_is_refused() {
+    for place in [DVec3::new(1e300, 0.0, 0.0), DVec3::new(0.0, f64::NAN, 0.0)] {
+        let births = [birth(0), Birth { place, ..birth(1) }];
+        let message = Bloom::new(&[usual()], &births, 1025.0, 1e-6).expect_err("refused");
+        assert!(message.contains("animals[1].place") && message.contains("10000000 m"), "{message}");
     }
 }
 
