@@ -107,6 +107,14 @@ impl<T: Real> Water<T> {
         &self.grid
     }
 
+    /// Density [kg/m³] and kinematic viscosity [m²/s] from now on; what no water has changes nothing.
+    pub fn set_kind(&mut self, density: f64, viscosity: f64) {
+        let grid = Grid { density, viscosity, ..self.grid };
+        if grid.check().is_ok() {
+            self.grid = grid;
+        }
+    }
+
     fn n(&self) -> usize {
         self.grid.n
     }
