@@ -108,7 +108,8 @@ pub(crate) fn materials(look: &Look, picture: u32, glows: bool) -> [Material; MA
         roughness: 1.0,
         ..Material::default()
     };
-    let opacity = DENSEST as f32;
+    // What hides everything is no veil.
+    let opacity = if look.opacity < 1.0 { DENSEST as f32 } else { 1.0 };
     let [arms, bell] = [&look.arms, &look.bell].map(|text| rgba(text, opacity));
     let tentacle = rgba(&look.tentacles, 1.0);
     let mut made = [

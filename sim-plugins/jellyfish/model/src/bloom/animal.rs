@@ -31,7 +31,7 @@ const STEP: f64 = 1.0 / 60.0;
 /// Links of a trail.
 const LINKS: usize = 16;
 /// How fast trails sink, in lengths of their own a second.
-const SINK: f64 = 0.1;
+const SINK: f64 = 0.3;
 /// No current or wave carries an animal faster [m/s].
 const FASTEST: f32 = 100.0;
 /// Where arms stand around the mouth, and how far apart their tips drift, in widths of the bell.
@@ -50,6 +50,8 @@ const SPELL: f64 = 6.0;
 const TURNING: f64 = 0.1;
 /// Share of a home's height, from its top, in which an animal stays at dusk.
 const DUSK: f64 = 0.3;
+/// Width of the square around an animal in which there is dye, in widths of the bell.
+const DYED: f64 = 5.0;
 /// How far an animal leans homeward, as a share of upright, for each metre beyond its home; and the most.
 const HOMEWARD: f64 = 2.0;
 const LEANS: f64 = 0.7;
@@ -181,10 +183,11 @@ impl Animal {
         let (cos, sin) = cos_sin_f64(birth.yaw.rem_euclid(TAU));
         let x = Vec3::new(cos as f32, 0.0, sin as f32);
         // Powers of the root of x³ = x + 1 fill a square evenly (M. Roberts 2018).
+        let dyed = grid.width().min(DYED * species.bell.diameter);
         let even = |k: usize| {
             let place =
                 (DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_3) * (k as f64 + 0.5)).fract();
-            slice.corner() + place * grid.width()
+            slice.place() + (place - 0.5) * dyed
         };
         let heights = species.surface.noise + species.surface.structure + species.surface.compression;
         let mut made = Self {
@@ -311,9 +314,11 @@ impl Animal {
             }
             for tracer in &mut self.tracers {
                 let flow = DVec2::from(self.slice.water().velocity((*tracer - corner).to_array()));
-                // What leaves the window on one side comes in on the other.
-                let inside = (*tracer + flow * dt - corner) / self.window;
-                *tracer = corner + (inside - inside.floor()) * self.window;
+                // What leaves the square around the animal on one side comes in on the other.
+                let dyed = self.window.min(DYED * self.diameter);
+                let low = self.slice.place() - 0.5 * dyed;
+                let inside = (*tracer + flow * dt - low) / dyed;
+                *tracer = low + (inside - inside.floor()) * dyed;
             }
         }
     }
