@@ -8,7 +8,9 @@
 //! - [`water`]: the grid; [`bare`]: the least that its parts can cost.
 //! - [`slice`]: springs, muscles, strands, and how they and the water move each other.
 //! - [`surface`]: bell, tentacles and arms as vertices; [`trail`]: what is too long for the slice.
-//! - [`species`]: from a table of parameters to an animal; [`bloom`]: animals in the sea.
+//! - [`species`]: from a table of parameters to an animal; [`bloom`]: animals in the sea; [`paint`]: what is
+//!   on a bell.
+//! - [`config`], [`sow`]: where which animals are; [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the paper
 //!
@@ -29,11 +31,17 @@
 
 pub mod bare;
 pub mod bloom;
+pub mod config;
+mod draw;
 mod lanes;
+pub mod paint;
+pub mod plugin;
 pub mod slice;
+pub mod sow;
 pub mod species;
 pub mod surface;
 pub mod trail;
 pub mod water;
 
 pub use lanes::Real;
+pub use plugin::Jellyfish;

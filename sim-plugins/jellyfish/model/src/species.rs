@@ -61,9 +61,9 @@ pub struct BellTable {
     /// Length of the strand that hangs from each side of the margin and holds the water back; 0: none.
     #[schemars(range(min = 0.0, max = 2.0), extend("x-unit" = "m"))]
     pub strand: f64,
-    /// Weight less buoyancy, of a metre of depth: positive sinks when idle.
-    #[schemars(range(min = -10.0, max = 10.0), extend("x-unit" = "N/m"))]
-    pub weight: f64,
+    /// How much denser than the water its tissue is: what is denser sinks when it is idle.
+    #[schemars(range(min = -50.0, max = 50.0), extend("x-unit" = "kg/m³"))]
+    pub excess_density: f64,
 }
 
 impl Default for BellTable {
@@ -76,7 +76,7 @@ impl Default for BellTable {
             stiffness: 1.0,
             righting: 1.0,
             strand: 0.02,
-            weight: 0.0,
+            excess_density: 0.0,
         }
     }
 }
@@ -229,7 +229,25 @@ pub struct Look {
     /// Arms.
     #[schemars(regex(pattern = "^#[0-9A-Fa-f]{6}$"))]
     pub arms: String,
-    /// How much of what is behind the bell it hides.
+    /// The margin, canals and streaks.
+    #[schemars(regex(pattern = "^#[0-9A-Fa-f]{6}$"))]
+    pub rim: String,
+    /// The horseshoes around the mouth.
+    #[schemars(regex(pattern = "^#[0-9A-Fa-f]{6}$"))]
+    pub gonads: String,
+    /// How many of these there are.
+    #[schemars(range(min = 0, max = 8))]
+    pub gonad_count: u32,
+    /// How many canals run from the stomach to the margin.
+    #[schemars(range(min = 0, max = 64))]
+    pub canals: u32,
+    /// How strong the streaks of the exumbrella are, one a lobe of 16.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub streaks: f64,
+    /// The light that it makes.
+    #[schemars(regex(pattern = "^#[0-9A-Fa-f]{6}$"))]
+    pub glow: String,
+    /// How much of what is behind the middle of the bell it hides.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub opacity: f64,
     /// How much light shines through.
@@ -243,12 +261,20 @@ impl Default for Look {
             bell: "#DDE6F2".into(),
             tentacles: "#E8D8D0".into(),
             arms: "#EFE0DC".into(),
+            rim: "#C9D6EA".into(),
+            gonads: "#C9A6D8".into(),
+            gonad_count: 0,
+            canals: 16,
+            streaks: 0.0,
+            glow: "#5FD0FF".into(),
             opacity: 0.35,
             translucency: 0.9,
         }
     }
 }
 
+/// g [m/s²].
+const GRAVITY: f64 = 9.81;
 /// Length of a strand's segment, as a share of the bell's width.
 const SEGMENT: f64 = 0.1;
 /// Thickness of an arm over its width.
@@ -282,8 +308,17 @@ impl Species {
             strand: self.bell.strand,
             strand_section: paper.strand_section,
             righting: self.bell.righting * paper.righting * pace * pace * size.powi(3),
-            weight: self.bell.weight,
+            weight: self.weight(self.bell.excess_density),
         }
+    }
+
+    /// Weight less buoyancy of tissue that is so much denser than the water [N per metre of depth].
+    pub fn weight(&self, excess_density: f64) -> f64 {
+        // Half of an ellipse's circumference (Ramanujan), and the mean of figure 3's profile.
+        let (a, b) = (0.5 * self.bell.diameter, self.bell.height);
+        let chain = core::f64::consts::FRAC_PI_2 * (3.0 * (a + b) - ((3.0 * a + b) * (a + 3.0 * b)).sqrt());
+        let mean = (2.0 + self.bell.margin_thickness) / 3.0 * self.bell.thickness;
+        excess_density * GRAVITY * chain * mean
     }
 
     /// An individual that is larger by a factor, in all its lengths.
@@ -365,18 +400,29 @@ impl Species {
             ("look.bell", &self.look.bell),
             ("look.tentacles", &self.look.tentacles),
             ("look.arms", &self.look.arms),
+            ("look.rim", &self.look.rim),
+            ("look.gonads", &self.look.gonads),
+            ("look.glow", &self.look.glow),
         ] {
-            let digits = color.strip_prefix('#').unwrap_or_default();
-            if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            if reef_flow::color::linear_rgb(color).is_none() {
                 return Err(format!("{key}: must be a colour like \"#DDE6F2\", is {color:?}"));
             }
         }
         self.form().check().map_err(|problem| format!("surface.{problem}"))?;
+        self.check_sizes()?;
         for (key, count) in [("tentacles", self.tentacles.count), ("arms", self.arms.count)] {
             if count % 8 != 0 {
                 return Err(format!("{key}.count: must be a multiple of 8, is {count}"));
             }
         }
+        Ok(())
+    }
+    /// What is wrong with its lengths, which an individual's size multiplies. The message begins with the key.
+    ///
+    /// # Errors
+    /// As [`Species::check`].
+    pub fn check_sizes(&self) -> Result<(), String> {
+        reef_sdk::ranges::check(&self.bell).map_err(|error| format!("bell.{error}"))?;
         let tall = self.bell.height + self.bell.strand;
         let window = self.grid.bells * self.bell.diameter;
         if window < crate::slice::LEAST_ROOM * tall.max(self.bell.diameter) {

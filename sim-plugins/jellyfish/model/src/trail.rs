@@ -5,6 +5,9 @@ use glam::DVec2;
 
 use crate::{lanes::Real, water::Water};
 
+/// How much of the link before it is in the direction of a link.
+const STRAIGHT: f64 = 0.25;
+
 /// A rope of links of one length in the slice's plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trail {
@@ -44,11 +47,13 @@ impl Trail {
     /// Lets the water carry each point for `dt` [s], then draws the links taut behind the leader. `corner`:
     /// of the water's window [m].
     pub fn step<T: Real>(&mut self, water: &Water<T>, corner: DVec2, leader: DVec2, dt: f64) {
-        let mut before = leader;
+        let (mut before, mut way) = (leader, DVec2::ZERO);
         for point in &mut self.points {
             let flow = DVec2::from(water.velocity((*point - corner).to_array()));
             let free = *point + (flow - DVec2::new(0.0, self.sink)) * dt;
-            *point = before + (free - before).normalize_or(-DVec2::Y) * self.link;
+            // A rope that bends goes on a little as the link before it goes.
+            way = ((free - before).normalize_or(-DVec2::Y) + STRAIGHT * way).normalize_or(-DVec2::Y);
+            *point = before + way * self.link;
             before = *point;
         }
     }

@@ -8,7 +8,7 @@ use reef_jellyfish_model::{
 };
 use reef_sdk::{
     Workers,
-    abi::{self, DrawVertex, Flow},
+    abi::{self, DrawVertex, FibreNode, Flow},
 };
 
 #[global_allocator]
@@ -26,26 +26,22 @@ fn a_step_and_its_surface_allocate_nothing_once_warm() {
         size: 1.0,
         seed: i,
         id: i + 1,
+        ..Birth::default()
     };
-    let mut bloom = Bloom::new(&[species], &[birth(0), birth(1)], 1025.0, 1.2e-6).expect("a bloom");
+    let mut bloom = Bloom::new(&[species], &[birth(0), birth(1)]).expect("a bloom");
     let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
     let current =
         Flow { kind: abi::FLOW_DIRECTIONAL, axis: [1.0, 0.0, 0.0], strength: 0.1, ..Flow::default() };
-    let mut flow = Vec::with_capacity(8);
+    let mut nodes = vec![FibreNode::default(); bloom.node_count()];
+    let mut flow = Vec::with_capacity(16);
     flow.push(current);
     let mut counts = 0;
     for step in 0..120 {
-        let around = Surroundings {
-            flow: &flow,
-            waves: &[],
-            depth: 10.0,
-            dt: 1.0 / 60.0,
-            level: Level::best(),
-            workers: Workers::inline(),
-        };
+        let around = Surroundings { flow: &flow, ..Surroundings::default() };
         let before = reef_counting::of_this_thread();
         bloom.step(&around);
-        bloom.write(Level::best(), Workers::inline(), f64::from(step) / 60.0, &mut vertices);
+        let into = (&mut vertices[..], &mut nodes[..]);
+        bloom.write(Level::best(), Workers::inline(), f64::from(step) / 60.0, into);
         if step >= 20 {
             counts += reef_counting::of_this_thread() - before;
         }

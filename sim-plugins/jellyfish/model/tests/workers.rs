@@ -9,10 +9,10 @@ use reef_jellyfish_model::{
 use reef_model_tests::threads::with_workers;
 use reef_sdk::{
     Workers,
-    abi::{DrawVertex, Flow},
+    abi::{DrawVertex, FibreNode, Flow},
 };
 
-fn run(workers: Workers<'_>) -> (BloomState, Vec<Flow>, Vec<DrawVertex>) {
+fn run(workers: Workers<'_>) -> (BloomState, Vec<Flow>, Vec<DrawVertex>, Vec<[u32; 3]>) {
     let mut species = Species::default();
     (species.grid.cells, species.grid.bells) = (32, 5.0);
     let birth = |i: u64| Birth {
@@ -22,25 +22,21 @@ fn run(workers: Workers<'_>) -> (BloomState, Vec<Flow>, Vec<DrawVertex>) {
         size: 1.0,
         seed: i,
         id: i + 1,
+        ..Birth::default()
     };
     let births: Vec<Birth> = (0..7).map(birth).collect();
-    let mut bloom = Bloom::new(&[species], &births, 1025.0, 1.2e-6).expect("a bloom");
+    let mut bloom = Bloom::new(&[species], &births).expect("a bloom");
     let mut flow = Vec::new();
     for _ in 0..40 {
-        let around = Surroundings {
-            flow: &flow,
-            waves: &[],
-            depth: 9.0,
-            dt: 1.0 / 60.0,
-            level: Level::best(),
-            workers,
-        };
+        let around = Surroundings { flow: &flow, depth: 9.0, workers, ..Surroundings::default() };
         bloom.step(&around);
         flow = bloom.flows().to_vec();
     }
     let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
-    bloom.write(Level::best(), workers, 1.0, &mut vertices);
-    (bloom.save(), flow, vertices)
+    let mut nodes = vec![FibreNode::default(); bloom.node_count()];
+    bloom.write(Level::best(), workers, 1.0, (&mut vertices, &mut nodes));
+    let nodes = nodes.iter().map(|node| node.position.map(f32::to_bits)).collect();
+    (bloom.save(), flow, vertices, nodes)
 }
 
 #[test]

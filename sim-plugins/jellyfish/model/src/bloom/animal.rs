@@ -7,38 +7,118 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use reef_flow::{
     Level, Packed, Sphere,
     math::cos_sin_f64,
-    random::Random,
+    random::{Random, mix},
     simd::splat,
     velocity8,
     waves::{Trains, orbit},
 };
-use reef_sdk::abi::{DrawVertex, Flow};
+use reef_sdk::abi::{DrawVertex, FibreNode, Flow};
 
-use super::{Birth, Surroundings, jet};
+use super::{
+    Birth, Home, Surroundings,
+    jet::{Choice, Fit, PRIMITIVES},
+};
 use crate::{
-    slice::{Gait, Slice},
+    slice::{FREQUENCIES, Gait, Slice},
     species::Species,
-    surface::{Bell, Frame, Fringe},
+    surface::{Bell, Form, Frame, Fringe, FringeForm},
     trail::Trail,
+    water::CELLS,
 };
 
-/// Longest step of a slice [s]: two for a step of 1/60 s.
-const STEP: f64 = 1.0 / 120.0;
+/// A step of the sea with one step of the slice [s].
+const STEP: f64 = 1.0 / 60.0;
 /// Links of a trail.
 const LINKS: usize = 16;
 /// How fast trails sink, in lengths of their own a second.
-const SINK: f64 = 0.1;
+const SINK: f64 = 0.3;
 /// No current or wave carries an animal faster [m/s].
 const FASTEST: f32 = 100.0;
 /// Where arms stand around the mouth, and how far apart their tips drift, in widths of the bell.
 const MOUTH: f64 = 0.04;
 const ARM_SPREAD: f64 = 0.12;
+/// Of what is drawn coarsely: rings of the bell, share of the tentacles, and every which point along
+/// tentacles and arms.
+const FAR_RINGS: usize = 24;
+const FAR_TENTACLES: usize = 4;
+const FAR_POINTS: usize = 3;
+/// A level changes back when the bell is by this share wider or narrower than where it changed.
+const BAND: f64 = 0.15;
+/// Periods that an animal idles, or swims, in the mean.
+const SPELL: f64 = 6.0;
+/// Share of a home's height in which an animal turns round.
+const TURNING: f64 = 0.1;
+/// Share of a home's height, from its top, in which an animal stays at dusk.
+const DUSK: f64 = 0.3;
+/// Width of the square around an animal in which there is dye, in widths of the bell.
+const DYED: f64 = 5.0;
+/// How far an animal leans homeward, as a share of upright, for each metre beyond its home; and the most.
+const HOMEWARD: f64 = 2.0;
+const LEANS: f64 = 0.7;
+/// How near the surface and the bed the middle of a bell comes, in widths of it.
+const CLEAR: f64 = 0.75;
+
+/// Bell, tentacles and arms at one level of detail.
+#[derive(Clone, Debug)]
+struct Skin {
+    bell: Bell,
+    tentacles: Fringe,
+    arms: Fringe,
+    /// Every which point of tentacles and arms it has.
+    every: usize,
+}
+
+impl Skin {
+    /// `points`: of a tentacle and of an arm.
+    fn new(
+        species: &Species,
+        chain: &[DVec2],
+        points: [usize; 2],
+        seed: u64,
+        far: bool,
+    ) -> Result<Self, String> {
+        let (mut form, mut tentacles, arms) = (species.form(), species.tentacle_form(), species.arm_form());
+        let every = if far { FAR_POINTS } else { 1 };
+        if far {
+            form = coarse(form);
+            tentacles = fewer(tentacles);
+        }
+        let [tentacle, arm] = points.map(|points| points.div_ceil(every));
+        Ok(Self {
+            bell: Bell::new(form, species.bell.thickness, chain, seed)?,
+            tentacles: Fringe::new(tentacles, tentacle, seed)?,
+            arms: Fringe::new(arms, arm, seed)?,
+            every,
+        })
+    }
+}
+
+fn coarse(form: Form) -> Form {
+    let around = 64;
+    let most = around as u32 / 4;
+    Form {
+        around,
+        rings: form.rings.min(FAR_RINGS),
+        structures: form.structures.min(most),
+        compressions: form.compressions.min(most),
+        ..form
+    }
+}
+
+fn fewer(form: FringeForm) -> FringeForm {
+    FringeForm { count: (form.count / FAR_TENTACLES).next_multiple_of(8).min(form.count), ..form }
+}
 
 /// An animal with its water, its surface and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Animal {
-    id: u64,
+    pub(super) id: u64,
+    pub(super) species: usize,
+    seed: u64,
     pub(super) slice: Slice<f32>,
+    /// Cells of the grid that its species asks for, and its width [m].
+    own_cells: usize,
+    window: f64,
     /// Where the slice's first place stands in the world [m].
     pub(super) base: DVec3,
     /// That place in the slice.
@@ -46,34 +126,49 @@ pub(super) struct Animal {
     frame: Frame,
     /// Of the tentacles on both sides, and of the arms.
     pub(super) trails: [Trail; 3],
-    bell: Bell,
-    tentacles: Fringe,
-    arms: Fringe,
+    /// Near and far.
+    skins: [Skin; 2],
     packed: Packed,
     trains: Trains,
-    pub(super) flow: Flow,
-    pub(super) fit_error: f64,
-    diameter: f64,
+    pub(super) flows: [Flow; PRIMITIVES],
+    pub(super) fit: Fit,
+    pub(super) diameter: f64,
+    /// Contractions a second, and how far they go, before the tuning.
+    frequency: f64,
+    strength: f64,
+    /// Weight less buoyancy of its own, and for each kg/m³ more [N per metre of depth].
+    weight: [f64; 2],
+    pub(super) aim: DVec3,
+    home: Option<Home>,
+    /// It does not contract before the next period begins.
+    pub(super) idles: bool,
+    /// It is drawn and stepped coarsely.
+    pub(super) far: bool,
+    /// Dye in its water [m, as [`Slice::chain`]].
+    pub(super) tracers: Vec<DVec2>,
+    pub(super) velocity: DVec3,
+    /// Farthest of what was written from its place [m].
+    pub(super) reach: f32,
+    /// Of its bell, at rest or noisy, beyond the chain [m].
+    shell: f32,
 }
 
 impl Animal {
-    pub(super) fn new(
-        species: &Species,
-        birth: &Birth,
-        density: f64,
-        viscosity: f64,
-    ) -> Result<Self, String> {
+    pub(super) fn new(species: &Species, birth: &Birth, choice: &Choice) -> Result<Self, String> {
         let species = species.sized(birth.size);
-        species.check()?;
-        let mut slice = Slice::<f32>::new(species.build(), species.water(density, viscosity))?;
+        species.check_sizes()?;
+        let usual = Surroundings::default();
+        let grid = species.water(usual.density, usual.viscosity);
+        let mut slice = Slice::<f32>::new(species.build(), grid)?;
         let mut random = Random::new(birth.seed, u64::from_le_bytes(*b"swimming"));
         let usual = species.gait();
         let frequency = usual.frequency * (1.0 + species.motion.variation * random.signed());
-        let [lowest, highest] = crate::slice::FREQUENCIES;
-        slice.set_gait(Gait { frequency: frequency.clamp(lowest, highest), ..usual })?;
-        slice.set_phase(random.unit());
+        let [lowest, highest] = FREQUENCIES;
+        let frequency = birth.frequency.unwrap_or(frequency).clamp(lowest, highest);
+        slice.set_gait(Gait { frequency, ..usual })?;
+        let phase = random.unit();
+        slice.set_phase(birth.phase.unwrap_or(phase));
         let chain: Vec<DVec2> = slice.chain().collect();
-        let bell = Bell::new(species.form(), species.bell.thickness, &chain, birth.seed)?;
         let trail = |leader: DVec2, length: f64| Trail::new(leader, LINKS, length, SINK * length);
         let tip = |side: usize| slice.strand(side).last().unwrap_or(chain[0]);
         let hanging = (species.tentacles.length - species.bell.strand).max(0.01 * species.bell.diameter);
@@ -82,25 +177,50 @@ impl Animal {
             trail(tip(1), hanging),
             trail(mouth(&slice), species.arms.length.max(0.01 * species.bell.diameter)),
         ];
-        let strand = slice.strand(0).len();
+        let points = [slice.strand(0).len() + LINKS, LINKS + 1];
+        let skin = |far| Skin::new(&species, &chain, points, birth.seed, far);
+        let skins = [skin(false)?, skin(true)?];
         let (cos, sin) = cos_sin_f64(birth.yaw.rem_euclid(TAU));
         let x = Vec3::new(cos as f32, 0.0, sin as f32);
-        Ok(Self {
+        // Powers of the root of x³ = x + 1 fill a square evenly (M. Roberts 2018).
+        let dyed = grid.width().min(DYED * species.bell.diameter);
+        let even = |k: usize| {
+            let place =
+                (DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_3) * (k as f64 + 0.5)).fract();
+            slice.place() + (place - 0.5) * dyed
+        };
+        let heights = species.surface.noise + species.surface.structure + species.surface.compression;
+        let mut made = Self {
             id: birth.id,
+            species: birth.species,
+            seed: birth.seed,
+            own_cells: grid.n,
+            window: grid.width(),
             first: slice.place(),
             base: birth.place,
             frame: Frame { x, y: Vec3::Y, z: x.cross(Vec3::Y) },
-            tentacles: Fringe::new(species.tentacle_form(), strand + LINKS, birth.seed)?,
-            arms: Fringe::new(species.arm_form(), LINKS + 1, birth.seed)?,
             trails,
-            bell,
+            skins,
             packed: Packed::new(),
             trains: Trains::new(),
-            flow: Flow::default(),
-            fit_error: 0.0,
+            flows: [Flow::default(); PRIMITIVES],
+            fit: Fit::default(),
             diameter: species.bell.diameter,
+            frequency,
+            strength: usual.strength,
+            weight: [species.build().weight, species.weight(1.0)],
+            aim: birth.aim,
+            home: birth.home,
+            idles: false,
+            far: false,
+            tracers: (0..birth.tracers).map(even).collect(),
+            velocity: DVec3::ZERO,
+            reach: 0.0,
+            shell: ((1.5 + 2.0 * heights) * species.bell.thickness) as f32,
             slice,
-        })
+        };
+        made.emit(choice);
+        Ok(made)
     }
 
     /// A point of the slice in the world [m].
@@ -114,33 +234,158 @@ impl Animal {
         self.world(self.slice.place())
     }
 
-    /// Points its slice so that it can swim along a direction of the world, and steers it there.
-    pub(super) fn steer(&mut self, aim: DVec3) {
-        let x = self.frame.x.as_dvec3();
-        self.slice.steer(DVec2::new(aim.dot(x), aim.y));
+    /// Where the apex points, in the world: a unit vector.
+    pub(super) fn axis(&self) -> Vec3 {
+        self.frame.of(self.slice.axis().as_vec2()).normalize_or(Vec3::Y)
     }
 
-    pub(super) fn step(&mut self, around: &Surroundings<'_>, field: &reef_flow::Field) {
-        let place = self.place().to_array();
+    /// Cells of its grid where the species' number is multiplied by so much.
+    fn cells(&self, factor: f64) -> usize {
+        let [fewest, most] = CELLS;
+        ((self.own_cells as f64 * factor).round() as usize).clamp(fewest, most)
+    }
+
+    /// Takes another grid, if it is another one.
+    pub(super) fn set_cells(&mut self, n: usize) -> Result<(), String> {
+        let mut grid = *self.slice.water().grid();
+        if n == grid.n {
+            return Ok(());
+        }
+        (grid.n, grid.cell) = (n, self.window / n as f64);
+        self.slice.regrid(grid)
+    }
+
+    /// Cells of its grid.
+    pub(super) fn grid_cells(&self) -> usize {
+        self.slice.water().grid().n
+    }
+
+    pub(super) fn step(&mut self, around: &Surroundings<'_>, field: &reef_flow::Field, choice: &Choice) {
+        let tuning = around.tuning;
+        let before = self.place();
+        // A grid that does not fit was refused when the animal was made: its width stays.
+        let _ = self.set_cells(self.cells(tuning.cells));
+        let wide = self.diameter * around.pixels / before.distance(around.eye).max(1e-3);
+        let [narrow, broad] = [1.0 - BAND, 1.0 + BAND].map(|share| share * tuning.detail);
+        self.far = if self.far { wide < broad } else { wide < narrow };
+        self.drift(around, field, before);
+        self.swim(around);
+        self.keep(around);
+        self.emit(choice);
+        self.velocity = (self.place() - before) / around.dt;
+    }
+
+    fn drift(&mut self, around: &Surroundings<'_>, field: &reef_flow::Field, place: DVec3) {
+        let place = place.to_array();
         let bounds = Sphere { center: place, radius: self.diameter };
         self.packed.fill_near(field, bounds, place, self.id);
         self.trains.fill(around.waves, around.depth, place);
         let drift = reef_flow::dispatch!(around.level, simd => felt(simd, &self.packed, &self.trains));
         self.base += DVec3::from(drift.map(f64::from)) * around.dt;
-        let parts = (around.dt / STEP - 1e-9).ceil().max(1.0);
+    }
+
+    fn swim(&mut self, around: &Surroundings<'_>) {
+        let tuning = around.tuning;
+        let [lowest, highest] = FREQUENCIES;
+        let gait = Gait {
+            frequency: (self.frequency * tuning.frequency).clamp(lowest, highest),
+            strength: if self.idles { 0.0 } else { (self.strength * tuning.strength).clamp(0.0, 1.0) },
+            ..self.slice.gait()
+        };
+        // It was taken into its ranges.
+        let _ = self.slice.set_gait(gait);
+        self.slice.set_water(around.density, around.viscosity);
+        self.slice.set_weight(self.weight[0] + self.weight[1] * tuning.excess_density);
+        let steps = if self.far { 1.0 } else { tuning.steps.max(1) as f64 };
+        let parts = (around.dt / STEP * steps - 1e-9).ceil().max(1.0);
         let dt = around.dt / parts;
-        for _ in 0..parts as usize {
+        for part in 0..parts as usize {
+            self.slice.steer(self.course(tuning.tilt));
+            let phase = self.slice.phase();
             self.slice.step(around.level, dt);
+            if self.slice.phase() < phase {
+                let moment = around.time + part as f64 * dt;
+                self.begin_period(moment, tuning.idle, tuning.dusk);
+            }
             let leaders = self.leaders();
             let corner = self.slice.corner();
             for (trail, leader) in self.trails.iter_mut().zip(leaders) {
                 trail.step(self.slice.water(), corner, leader, dt);
             }
+            for tracer in &mut self.tracers {
+                let flow = DVec2::from(self.slice.water().velocity((*tracer - corner).to_array()));
+                // What leaves the square around the animal on one side comes in on the other.
+                let dyed = self.window.min(DYED * self.diameter);
+                let low = self.slice.place() - 0.5 * dyed;
+                let inside = (*tracer + flow * dt - low) / dyed;
+                *tracer = low + (inside - inside.floor()) * dyed;
+            }
         }
-        let fit = jet::fit(&self.slice, 0.5 * self.diameter);
-        let middle = self.world(fit.place);
-        self.flow = jet::flow(&fit, self.id, middle, self.diameter);
-        self.fit_error = fit.error;
+    }
+
+    /// Where it aims in its slice: its own way, leant by the tilt, and homeward where it has left its home.
+    fn course(&self, tilt: f64) -> DVec2 {
+        let x = self.frame.x.as_dvec3();
+        let mut aim = self.aim;
+        if let Some(home) = self.home {
+            let place = self.place();
+            let off = place.clamp(home.low, home.high) - place;
+            aim += DVec3::new(off.x, 0.0, off.z).clamp_length_max(LEANS / HOMEWARD) * HOMEWARD;
+        }
+        let (cos, sin) = cos_sin_f64(tilt.rem_euclid(TAU));
+        // Positive tilt is toward positive x.
+        DVec2::new(cos, -sin).rotate(DVec2::new(aim.dot(x), aim.y))
+    }
+
+    /// Whether it swims in the period that begins.
+    fn begin_period(&mut self, time: f64, idle: f64, dusk: bool) {
+        let chance = Random::new(mix(self.seed) ^ self.id, time.to_bits()).unit();
+        if let Some(Home { low, high }) = self.home {
+            let height = high.y - low.y;
+            let margin = TURNING * height;
+            let low = if dusk { high.y - DUSK * height } else { low.y };
+            let y = self.place().y;
+            if y > high.y - margin {
+                self.idles = true;
+                return;
+            }
+            if y < low + margin {
+                self.idles = false;
+                return;
+            }
+        }
+        // The shares of both kinds of periods come out as they are told.
+        let ends = if self.idles { (1.0 - idle) / SPELL } else { idle / SPELL };
+        let ends = if idle >= 1.0 { f64::from(u8::from(!self.idles)) } else { ends };
+        // One that sinks back into its home goes on until it is low enough.
+        let sinks = self.idles && self.home.is_some() && idle <= 0.0;
+        if !sinks && chance < ends {
+            self.idles = !self.idles;
+        }
+    }
+
+    /// Keeps it below the surface, above the bed, and within its home's walls.
+    fn keep(&mut self, around: &Surroundings<'_>) {
+        let place = self.place();
+        let mut kept = place;
+        if let Some(Home { low, high }) = self.home {
+            let slack = DVec3::new(self.diameter, 0.0, self.diameter);
+            kept.x = kept.x.clamp(low.x - slack.x, high.x + slack.x);
+            kept.z = kept.z.clamp(low.z - slack.z, high.z + slack.z);
+        }
+        let clear = CLEAR * self.diameter;
+        let bed = around.bed.map_or(-around.depth, |bed| f64::from(bed.height(kept.x, kept.z)));
+        kept.y = kept.y.max(bed + clear).min(-clear);
+        let limit = crate::slice::FARTHEST;
+        kept = kept.clamp(DVec3::splat(-limit), DVec3::splat(limit));
+        self.base += kept - place;
+    }
+
+    /// What it does to the sea, from its slice and its place.
+    pub(super) fn emit(&mut self, choice: &Choice) {
+        self.fit = choice.fit(&self.slice);
+        let across = self.frame.z.as_dvec3();
+        self.flows = choice.flows(&self.fit, self.id, self.diameter, across, |point| self.world(point));
     }
 
     /// What the trails follow.
@@ -150,28 +395,46 @@ impl Animal {
         [tip(0), tip(1), mouth]
     }
 
-    /// Vertices of its bell, its tentacles and its arms.
-    pub(super) fn vertices(&self) -> [usize; 3] {
-        [self.bell.form().bell_vertices(), self.tentacles.vertices(), self.arms.vertices()]
+    fn skin(&self) -> &Skin {
+        &self.skins[usize::from(self.far)]
     }
 
-    /// What of its meshes never changes: the bell's, the tentacles' and the arms'.
-    pub(super) fn parts(&self) -> (&Bell, &Fringe, &Fringe) {
-        (&self.bell, &self.tentacles, &self.arms)
+    /// Vertices of its arms and its bell, as it is drawn now.
+    pub(super) fn vertices(&self) -> [usize; 2] {
+        let skin = self.skin();
+        [skin.arms.vertices(), skin.bell.form().bell_vertices()]
     }
 
-    /// All of its vertices, relative to its place.
-    pub(super) fn write(&mut self, level: Level, time: f64, into: &mut [DrawVertex]) {
-        let [bell, tentacles, _] = self.vertices();
-        let (into_bell, rest) = into.split_at_mut(bell);
-        let (into_tentacles, into_arms) = rest.split_at_mut(tentacles);
-        let Self { slice, frame, trails, bell, tentacles, arms, .. } = self;
+    /// Tentacles, and nodes of each, as it is drawn now.
+    pub(super) fn tentacles(&self) -> [usize; 2] {
+        let skin = self.skin();
+        [skin.tentacles.count(), skin.tentacles.points()]
+    }
+
+    /// Its arms and its bell, near or far.
+    pub(super) fn parts(&self, far: bool) -> (&Fringe, &Bell) {
+        let skin = &self.skins[usize::from(far)];
+        (&skin.arms, &skin.bell)
+    }
+
+    /// All of its vertices, arms first, and the nodes of its tentacles, relative to its place.
+    pub(super) fn write(
+        &mut self,
+        level: Level,
+        time: f64,
+        into: &mut [DrawVertex],
+        nodes: &mut [FibreNode],
+    ) {
+        let [arms, _] = self.vertices();
+        let (into_arms, into_bell) = into.split_at_mut(arms);
+        let Self { slice, frame, trails, skins, far, .. } = self;
+        let Skin { bell, tentacles, arms, every } = &mut skins[usize::from(*far)];
         let origin = slice.place();
         let near = |point: DVec2| (point - origin).as_vec2();
         let [left, right] =
             [0, 1].map(|side| slice.strand(side).chain(trails[side].points().iter().copied()));
         let pairs = right.zip(left).map(|(right, left)| [near(right), near(left)]);
-        tentacles.write(level, pairs, frame, into_tentacles);
+        tentacles.write_nodes(level, pairs.step_by(*every), frame, nodes);
         // Arms hang from the mouth, and drift apart toward their tips.
         let mouth = mouth(slice);
         let hanging = core::iter::once(&mouth).chain(trails[2].points()).enumerate();
@@ -180,8 +443,13 @@ impl Animal {
             let aside = Vec2::new((spread * slice.build().diameter) as f32, 0.0);
             [near(*point) + aside, near(*point) - aside]
         });
-        arms.write(level, pairs, frame, into_arms);
+        arms.write(level, pairs.step_by(*every), frame, into_arms);
         bell.write(level, slice.chain(), origin, frame, time, into_bell);
+        let square = |place: [f32; 3]| Vec3::from(place).length_squared();
+        let far = nodes.iter().map(|node| square(node.position)).fold(0.0, f32::max);
+        let far = into_arms.iter().map(|vertex| square(vertex.position)).fold(far, f32::max);
+        let far = slice.chain().map(|point| near(point).length_squared()).fold(far, f32::max);
+        self.reach = far.sqrt() + self.shell;
     }
 }
 

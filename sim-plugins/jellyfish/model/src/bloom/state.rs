@@ -3,8 +3,11 @@
 use glam::{DVec2, DVec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
-use super::Bloom;
-use crate::slice::SliceState;
+use super::{Bloom, within_reach};
+use crate::{
+    slice::{FARTHEST, SliceState},
+    water::CELLS,
+};
 
 /// Everything that moves, animal by animal.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,7 +24,17 @@ pub struct BloomState {
     pub places: Vec<f64>,
     /// Where the windows have gone: two numbers an animal.
     pub offsets: Vec<i64>,
+    /// Specks of dye [m].
+    pub tracers: Vec<f64>,
+    /// Where they swim, and their velocity [m/s]: six numbers an animal.
+    pub ways: Vec<f64>,
+    /// Cells of the grid, and flags: two numbers an animal.
+    pub modes: Vec<u32>,
 }
+
+/// Flags of `modes`: it does not contract in this period; it is drawn and stepped coarsely.
+const IDLES: u32 = 1;
+const FAR: u32 = 2;
 
 impl BloomState {
     /// Into the plugin's state, version 1.
@@ -32,6 +45,9 @@ impl BloomState {
         state.put("trails", &self.trails);
         state.put("places", &self.places);
         state.put("offsets", &self.offsets);
+        state.put("tracers", &self.tracers);
+        state.put("ways", &self.ways);
+        state.put("modes", &self.modes);
     }
 
     /// Out of it.
@@ -46,6 +62,9 @@ impl BloomState {
             trails: state.get("trails")?,
             places: state.get("places")?,
             offsets: state.get("offsets")?,
+            tracers: state.get("tracers")?,
+            ways: state.get("ways")?,
+            modes: state.get("modes")?,
         })
     }
 }
@@ -73,6 +92,11 @@ impl Bloom {
             state.places.extend(animal.base.to_array());
             state.places.push(slice.phase);
             state.offsets.extend(slice.offset);
+            state.tracers.extend(animal.tracers.iter().flat_map(|tracer| tracer.to_array()));
+            state.ways.extend(animal.aim.to_array());
+            state.ways.extend(animal.velocity.to_array());
+            let flags = if animal.idles { IDLES } else { 0 } | if animal.far { FAR } else { 0 };
+            state.modes.extend([animal.grid_cells() as u32, flags]);
         }
         state
     }
@@ -84,10 +108,15 @@ impl Bloom {
     pub fn load(&mut self, state: &BloomState) -> Result<(), String> {
         let mut next = self.animals.clone();
         let (mut points, mut faces, mut trails) = (&state.points[..], &state.faces[..], &state.trails[..]);
-        let lists = [state.counts.len() / 3, state.places.len() / 4, state.offsets.len() / 2];
-        if lists != [next.len(); 3]
-            || state.counts.len() % 3 + state.places.len() % 4 + state.offsets.len() % 2 > 0
-        {
+        let mut tracers = &state.tracers[..];
+        let lists = [
+            (state.counts.len(), 3),
+            (state.places.len(), 4),
+            (state.offsets.len(), 2),
+            (state.ways.len(), 6),
+            (state.modes.len(), 2),
+        ];
+        if lists.iter().any(|(length, each)| *length != next.len() * each) {
             return Err(format!("is of {} animals; here are {}", state.counts.len() / 3, next.len()));
         }
         let each = state.counts.as_chunks::<3>().0.iter().zip(state.places.as_chunks::<4>().0);
@@ -102,26 +131,52 @@ impl Bloom {
                 offset: *offset,
                 phase: place[3],
             };
-            animal.slice.load(&slice).map_err(|problem| format!("animal {i} {problem}"))?;
+            let [cells, flags] = [state.modes[2 * i], state.modes[2 * i + 1]];
+            let [fewest, most] = CELLS;
+            if !(fewest..=most).contains(&(cells as usize)) || flags > IDLES + FAR {
+                return Err(format!("animal {i} has {cells} cells along a side and flags {flags}"));
+            }
+            let problem = |problem: String| format!("animal {i} {problem}");
+            animal.set_cells(cells as usize).map_err(problem)?;
+            (animal.idles, animal.far) = (flags & IDLES > 0, flags & FAR > 0);
+            let way = &state.ways[6 * i..6 * i + 6];
+            (animal.aim, animal.velocity) = (DVec3::from_slice(way), DVec3::from_slice(&way[3..]));
+            let aims = animal.aim.is_finite() && animal.aim.length_squared() > 0.0;
+            if !(aims && animal.velocity.as_vec3().is_finite()) {
+                return Err(format!("animal {i} has a way or a velocity that is none"));
+            }
+            for tracer in &mut animal.tracers {
+                let place = take(&mut tracers, 2).ok_or_else(short)?;
+                *tracer = DVec2::from_slice(place);
+                if !tracer.is_finite() {
+                    return Err(format!("animal {i} has dye at a place that is not finite"));
+                }
+            }
+            animal.slice.load(&slice).map_err(problem)?;
             animal.base = DVec3::new(place[0], place[1], place[2]);
-            if !animal.base.is_finite() {
-                return Err(format!("animal {i} has a place that is not finite"));
+            if !within_reach(animal.place()) {
+                return Err(format!(
+                    "animal {i} is at {}, which must be within {FARTHEST} m along each axis",
+                    animal.place()
+                ));
             }
             let mut own = take(&mut trails, of_trails).ok_or_else(short)?;
             for trail in &mut animal.trails {
                 let own = take(&mut own, 2 * trail.points().len()).ok_or_else(short)?;
                 let points: Vec<DVec2> =
                     own.as_chunks::<2>().0.iter().map(|point| DVec2::from(*point)).collect();
-                trail.set_points(&points)?;
+                trail.set_points(&points).map_err(|problem| format!("animal {i}: {problem}"))?;
             }
             if !own.is_empty() {
                 return Err(short());
             }
+            animal.emit(&self.choice);
         }
-        if !(points.is_empty() && faces.is_empty() && trails.is_empty()) {
+        if !(points.is_empty() && faces.is_empty() && trails.is_empty() && tracers.is_empty()) {
             return Err("has more numbers than its animals need".to_owned());
         }
         self.animals = next;
+        self.gather();
         Ok(())
     }
 }

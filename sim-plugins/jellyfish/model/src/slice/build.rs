@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 
+use super::LEAST_ROOM;
+use crate::water::Grid;
+
 /// Most joints of a tentacle's strand.
 pub const STRAND: usize = 64;
 /// Fewest and most points of the bell's chain.
@@ -146,6 +149,22 @@ impl Build {
         }
         if self.strand_segments > 0 && self.strand <= 0.0 {
             return Err("strand must be longer than 0 m where it has segments".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Whether there is room for it on a grid.
+    ///
+    /// # Errors
+    /// How much it needs.
+    pub(crate) fn check_room(&self, grid: &Grid) -> Result<(), String> {
+        let tall = self.height + if self.strand_segments > 0 { self.strand } else { 0.0 };
+        let (widest, width) = (self.diameter.max(tall), grid.width());
+        if width < LEAST_ROOM * widest {
+            return Err(format!(
+                "the bell is larger than its window: {widest} m of bell and strand need {} m, the window has {width} m",
+                LEAST_ROOM * widest
+            ));
         }
         Ok(())
     }

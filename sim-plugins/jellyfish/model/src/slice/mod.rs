@@ -32,6 +32,9 @@ pub const LEAST_ROOM: f64 = 2.5;
 /// Bend of the bell's joints for an aim at right angles, and the most of it [rad]: more turns it no faster.
 const STEERING: f64 = 0.2;
 const STEERED: f64 = 0.05;
+/// Farthest that a window goes from where it was first, and an animal from the middle of the world, along
+/// each axis [m]: there a number still tells places apart that are 2 nm from each other.
+pub const FARTHEST: f64 = 1e7;
 /// How far the bell gets from the middle of the window before that follows, in cells.
 const SLACK: f64 = 1.0;
 
@@ -76,16 +79,7 @@ impl<T: Real> Slice<T> {
     pub fn new(build: Build, grid: Grid) -> Result<Self, String> {
         build.check()?;
         grid.check()?;
-        let tall = build.height + if build.strand_segments > 0 { build.strand } else { 0.0 };
-        let widest = build.diameter.max(tall);
-        if grid.width() < LEAST_ROOM * widest {
-            return Err(format!(
-                "the bell is larger than its window: {} m of bell and strand need {} m, the window has {} m",
-                widest,
-                LEAST_ROOM * widest,
-                grid.width()
-            ));
-        }
+        build.check_room(&grid)?;
         let network = build.network();
         let middle = DVec2::splat(0.5 * grid.width()) - DVec2::new(0.0, centre(&network, &network.rest).y);
         let points: Vec<DVec2> = network.rest.iter().map(|point| *point + middle).collect();
@@ -148,6 +142,54 @@ impl<T: Real> Slice<T> {
     /// Share of the present period, 0..1.
     pub fn phase(&self) -> f64 {
         self.phase
+    }
+
+    /// Density [kg/m³] and kinematic viscosity [m²/s] of its water from now on; what no water has changes
+    /// nothing.
+    pub fn set_water(&mut self, density: f64, viscosity: f64) {
+        self.water.set_kind(density, viscosity);
+    }
+
+    /// Weight less buoyancy from now on [N per metre of depth]; what is no number is 0.
+    pub fn set_weight(&mut self, weight: f64) {
+        self.build.weight = if weight.is_finite() { weight } else { 0.0 };
+    }
+
+    /// Swims on in water at rest on another grid, in the middle of its window. Its place stays what it is.
+    ///
+    /// # Errors
+    /// As [`Slice::new`]; then nothing has changed.
+    pub fn regrid(&mut self, grid: Grid) -> Result<(), String> {
+        self.build.check_room(&grid)?;
+        let water = Water::new(grid)?;
+        let shift = DVec2::splat(0.5 * grid.width()) - centre(&self.network, &self.points);
+        // The corner moves by whole cells, the points by what is left.
+        let corner = ((self.corner() - shift) / grid.cell).round();
+        let rest = self.corner() - corner * grid.cell;
+        self.points.iter_mut().for_each(|point| *point += rest);
+        self.offset = [corner.x as i64, corner.y as i64];
+        self.water = water;
+        Ok(())
+    }
+
+    /// Springs and muscles as pairs of places [m, as [`Slice::chain`]], and of a muscle by which share it is
+    /// shorter than at rest.
+    pub fn springs(&self) -> impl Iterator<Item = ([DVec2; 2], Option<f64>)> + '_ {
+        let place = |point: usize| self.points[point] + self.corner();
+        let springs = self.network.springs.iter().map(move |spring| (spring.ends.map(place), None));
+        springs.chain(self.network.muscles.iter().map(move |muscle| {
+            let [a, b] = muscle.spring.ends.map(place);
+            ([a, b], Some(1.0 - a.distance(b) / muscle.spring.rest))
+        }))
+    }
+
+    /// Greatest length of a spring of bell or strand over its length at rest.
+    pub fn longest(&self) -> f64 {
+        let share = |spring: &build::Spring| {
+            let [a, b] = spring.ends;
+            self.points[a].distance(self.points[b]) / spring.rest
+        };
+        self.network.springs.iter().map(share).fold(0.0, f64::max)
     }
 
     /// Begins the period somewhere else: `phase` 0..1.
@@ -305,6 +347,13 @@ impl<T: Real> Slice<T> {
         let width = self.water.grid().width();
         if !state.points.iter().all(|value| (0.0..=width).contains(value)) {
             return Err(format!("has a point outside of its window of {width} m"));
+        }
+        let cell = self.water.grid().cell;
+        if !state.offset.iter().all(|cells| (*cells as f64 * cell).abs() <= FARTHEST) {
+            return Err(format!(
+                "has its window {:?} cells of {cell} m from where it began, which must be at most {FARTHEST} m",
+                state.offset
+            ));
         }
         if !(0.0..1.0).contains(&state.phase) {
             return Err(format!("has a phase of {}, which must be 0 to below 1", state.phase));

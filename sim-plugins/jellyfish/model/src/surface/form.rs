@@ -94,21 +94,21 @@ impl Form {
         self.rings * self.around + 2
     }
 
-    /// Triangles of the bell, counter-clockwise from outside, closed; the first rings are next to the outer
-    /// apex.
+    /// Triangles of the bell, counter-clockwise from outside, closed. They come from the inner apex over the
+    /// margin to the outer one: where light shines through, what is seen last is drawn last.
     pub fn bell_indices(&self) -> Vec<u32> {
         let (around, rings) = (self.around as u32, self.rings as u32);
         let at = |ring: u32, j: u32| ring * around + j % around;
         let [outer, inner] = [rings * around, rings * around + 1];
         let mut indices = Vec::with_capacity(6 * self.rings * self.around);
-        for j in 0..around {
-            indices.extend([outer, at(0, j + 1), at(0, j)]);
-            for ring in 0..rings - 1 {
+        indices.extend((0..around).flat_map(|j| [inner, at(rings - 1, j), at(rings - 1, j + 1)]));
+        for ring in (0..rings - 1).rev() {
+            for j in 0..around {
                 let [a, b, c, d] = [at(ring, j), at(ring, j + 1), at(ring + 1, j), at(ring + 1, j + 1)];
                 indices.extend([a, b, c, b, d, c]);
             }
-            indices.extend([inner, at(rings - 1, j), at(rings - 1, j + 1)]);
         }
+        indices.extend((0..around).flat_map(|j| [outer, at(0, j + 1), at(0, j)]));
         indices
     }
 

@@ -12,13 +12,15 @@ use reef_flow::{
     random::Random,
     simd::{mul_add, splat},
 };
-use reef_sdk::abi::{DrawVertex, MeshVertex};
+use reef_sdk::abi::{DrawVertex, FibreNode, MeshVertex};
 
 use super::{bell::Frame, normals::pack};
 use crate::lanes::WIDTH;
 
 /// Vertices around a tube.
 const SIDES: usize = 4;
+/// Radius of a tip as a node, as a share of that at the root.
+const THINNEST: f32 = 0.15;
 /// Most tubes of a fringe, and most points along them.
 const MOST: [usize; 2] = [256, 128];
 
@@ -117,14 +119,29 @@ impl Fringe {
         self.form.count * self.points * SIDES
     }
 
-    /// Triangles, counter-clockwise from outside, with `first` as the number of the first vertex.
-    pub fn indices(&self, first: u32) -> Vec<u32> {
+    /// Tubes.
+    pub fn count(&self) -> usize {
+        self.form.count
+    }
+
+    /// Points along a tube.
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    /// Nodes that [`Fringe::write_nodes`] writes.
+    pub fn nodes(&self) -> usize {
+        self.form.count * self.points
+    }
+
+    /// Triangles, counter-clockwise from outside, the first vertex has the number 0.
+    pub fn indices(&self) -> Vec<u32> {
         let (points, sides) = (self.points as u32, SIDES as u32);
         let mut indices = Vec::new();
         for tube in 0..self.form.count as u32 {
             for k in 0..points - 1 {
                 for side in 0..sides {
-                    let at = |k: u32, side: u32| first + (tube * points + k) * sides + side % sides;
+                    let at = |k: u32, side: u32| (tube * points + k) * sides + side % sides;
                     let [a, b] = [at(k, side), at(k, side + 1)];
                     let [c, d] = [at(k + 1, side), at(k + 1, side + 1)];
                     indices.extend([a, c, b]);
@@ -159,9 +176,7 @@ impl Fringe {
         frame: &Frame,
         into: &mut [DrawVertex],
     ) {
-        for (disc, [a, b]) in self.discs.iter_mut().zip(pairs) {
-            *disc = [frame.of(0.5 * (a + b)), frame.of(0.5 * (a - b))].map(|v| v.to_array());
-        }
+        self.set_discs(pairs, frame);
         reef_flow::dispatch!(level, simd => {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points * SIDES).enumerate() {
                 self.eight(simd, block * WIDTH, frame, into);
@@ -169,8 +184,40 @@ impl Fringe {
         });
     }
 
+    /// Middles of all tubes, [`Fringe::nodes`] of them, tube after tube from root to tip; `pairs` as in
+    /// [`Fringe::write`].
+    pub fn write_nodes(
+        &mut self,
+        level: Level,
+        pairs: impl Iterator<Item = [Vec2; 2]>,
+        frame: &Frame,
+        into: &mut [FibreNode],
+    ) {
+        self.set_discs(pairs, frame);
+        reef_flow::dispatch!(level, simd => {
+            for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
+                self.along(simd, block * WIDTH, frame);
+                for (k, (line, radii)) in self.lines.iter().zip(&self.radii).enumerate() {
+                    // A tip that is closed still has a width.
+                    let radius = radii[0].max(THINNEST * self.form.radius[0] as f32);
+                    for lane in 0..WIDTH {
+                        let position = [line[0][lane], line[1][lane], line[2][lane]];
+                        into[lane * self.points + k] = FibreNode { position, radius };
+                    }
+                }
+            }
+        });
+    }
+
+    fn set_discs(&mut self, pairs: impl Iterator<Item = [Vec2; 2]>, frame: &Frame) {
+        for (disc, [a, b]) in self.discs.iter_mut().zip(pairs) {
+            *disc = [frame.of(0.5 * (a + b)), frame.of(0.5 * (a - b))].map(|v| v.to_array());
+        }
+    }
+
+    /// The middles of eight tubes, into `lines`.
     #[inline(always)]
-    fn eight<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame, into: &mut [DrawVertex]) {
+    fn along<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame) {
         let [cos, sin, length] = &self.tables;
         let cos = f32x8::from_slice(simd, &cos[first..first + WIDTH]);
         let sin = f32x8::from_slice(simd, &sin[first..first + WIDTH]);
@@ -190,6 +237,15 @@ impl Fringe {
                 mul_add(place - root[part], length, root[part]).store_slice(&mut line[part]);
             }
         }
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame, into: &mut [DrawVertex]) {
+        self.along(simd, first, frame);
+        let [cos, sin, _] = &self.tables;
+        let cos = f32x8::from_slice(simd, &cos[first..first + WIDTH]);
+        let sin = f32x8::from_slice(simd, &sin[first..first + WIDTH]);
+        let z = frame.z.to_array();
         for k in 0..self.points {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(self.points - 1));
             let half = glam::Vec3::from(self.discs[k][1]).normalize_or(frame.x).to_array();

@@ -58,13 +58,15 @@ impl<T: Real> Field<T> {
     }
 
     /// Makes the velocity across the walls exactly 0 and fills the rim for free slip: what is along a wall is
-    /// mirrored at it, what is across it is mirrored with the opposite sign.
+    /// mirrored at it, what is across it is mirrored with the opposite sign. Behind the rim each row is 0: the
+    /// last vector of a row reaches there, and no state has these numbers.
     pub(crate) fn close(&mut self, axis: Axis) {
         let (n, stride) = (self.n, self.stride);
-        let (width, height) = if axis == Axis::X { (n + 1, n) } else { (n, n + 1) };
+        let height = if axis == Axis::X { n } else { n + 1 };
         for j in 0..height {
             let first = self.at(0, j);
-            let row = &mut self.data[first - RIM..first + width + RIM];
+            let row = &mut self.data[first - RIM..(j + RIM + 1) * stride];
+            row[RIM + n + RIM..].fill(T::default());
             match axis {
                 Axis::X => {
                     row[RIM] = T::default();

@@ -107,6 +107,14 @@ impl<T: Real> Water<T> {
         &self.grid
     }
 
+    /// Density [kg/m³] and kinematic viscosity [m²/s] from now on; what no water has changes nothing.
+    pub fn set_kind(&mut self, density: f64, viscosity: f64) {
+        let grid = Grid { density, viscosity, ..self.grid };
+        if grid.check().is_ok() {
+            self.grid = grid;
+        }
+    }
+
     fn n(&self) -> usize {
         self.grid.n
     }
@@ -278,6 +286,63 @@ fn spread_out<S: Simd, T: Real>(simd: S, n: usize, from: &Field<T>, into: &mut F
             let around = (load(middle, x) + load(middle, x + 2)) + (load(below, x) + load(above, x));
             let bend = T::mul_add(here, minus_four, around);
             T::mul_add(bend, share, here).store_slice(&mut into[x..x + WIDTH]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use reef_flow::random::Random;
+
+    use super::*;
+
+    /// Water that moves by chance.
+    fn stirred<T: Real>(n: usize) -> Water<T> {
+        let grid = Grid { n, cell: 0.004, density: 1000.0, viscosity: 1.304e-6 };
+        let mut water = Water::new(grid).expect("a grid");
+        let mut random = Random::new(7, n as u64);
+        let faces: Vec<T> = (0..2 * n * (n + 1)).map(|_| T::of(0.3 * random.signed())).collect();
+        water.set_faces(&faces).expect("as many faces");
+        water
+    }
+
+    fn steps<T: Real>(water: &mut Water<T>, count: usize) {
+        for _ in 0..count {
+            water.diffuse(Level::best(), 0.005);
+            water.project(Level::best());
+            water.advect(Level::best(), 0.005);
+        }
+    }
+
+    #[test]
+    fn no_number_of_a_row_outgrows_the_faces_of_its_water() {
+        // Where a row ends in a vector: each remainder.
+        for n in 48..56 {
+            let mut water = stirred::<f32>(n);
+            steps(&mut water, 300);
+            let most = water.fastest();
+            let all = water.u.data.iter().chain(&water.v.data);
+            let largest = all.fold(0.0_f64, |most, value| most.max(value.wide().abs()));
+            assert!(most > 1e-4 && largest <= most, "{n}: {largest} beside {most} m/s");
+        }
+    }
+
+    #[test]
+    fn loaded_water_goes_on_to_the_same_bytes() {
+        fn both<T: Real>(n: usize) -> [Vec<u64>; 2] {
+            let mut first = stirred::<T>(n);
+            steps(&mut first, 300);
+            let mut second = Water::new(first.grid).expect("a grid");
+            second.set_faces(&first.faces().collect::<Vec<_>>()).expect("as many faces");
+            [&mut first, &mut second].map(|water| {
+                steps(water, 20);
+                water.faces().map(|value| value.wide().to_bits()).collect()
+            })
+        }
+        for n in 48..56 {
+            for [first, second] in [both::<f32>(n), both::<f64>(n)] {
+                assert!(first == second, "{n}");
+            }
         }
     }
 }

@@ -3,13 +3,13 @@
 use glam::DVec3;
 use reef_flow::Level;
 use reef_jellyfish_model::{
-    bloom::{Birth, Bloom, BloomState, Surroundings},
+    bloom::{Birth, Bloom, BloomState, PRIMITIVES, Surroundings},
     species::Species,
 };
 use reef_model_tests::species as tables;
 use reef_sdk::{
     StateReader, StateWriter, Workers,
-    abi::{self, DrawVertex, Flow},
+    abi::{self, DrawVertex, FibreNode, Flow},
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -38,15 +38,16 @@ fn birth(number: u64) -> Birth {
         size: 1.0,
         seed: number,
         id: number + 1,
+        ..Birth::default()
     }
 }
 
 fn bloom(births: &[Birth]) -> Bloom {
-    Bloom::new(&[usual()], births, 1025.0, 1.2e-6).expect("a bloom")
+    Bloom::new(&[usual()], births).expect("a bloom")
 }
 
 fn around<'a>(flow: &'a [Flow], waves: &'a [abi::Wave]) -> Surroundings<'a> {
-    Surroundings { flow, waves, depth: 10.0, dt: DT, level: Level::best(), workers: Workers::inline() }
+    Surroundings { flow, waves, ..Surroundings::default() }
 }
 
 fn current(velocity: [f32; 3]) -> Flow {
@@ -55,9 +56,15 @@ fn current(velocity: [f32; 3]) -> Flow {
 }
 
 fn vertices(bloom: &mut Bloom) -> Vec<DrawVertex> {
+    written(bloom).0
+}
+
+/// Vertices, and nodes of tentacles.
+fn written(bloom: &mut Bloom) -> (Vec<DrawVertex>, Vec<FibreNode>) {
     let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
-    bloom.write(Level::best(), Workers::inline(), 3.0, &mut vertices);
-    vertices
+    let mut nodes = vec![FibreNode::default(); bloom.node_count()];
+    bloom.write(Level::best(), Workers::inline(), 3.0, (&mut vertices, &mut nodes));
+    (vertices, nodes)
 }
 
 #[test]
@@ -69,7 +76,9 @@ fn an_animal_alone_is_as_it_is_among_many() {
         many.step(&around(&flow, &[]));
         alone.step(&around(&flow, &[]));
     }
-    assert!(many.place(3) == alone.place(0) && many.flows()[3] == alone.flows()[0]);
+    assert!(
+        many.place(3) == alone.place(0) && many.flows()[3 * PRIMITIVES..4 * PRIMITIVES] == *alone.flows()
+    );
     let (all, own) = (vertices(&mut many), vertices(&mut alone));
     assert!(all[3 * own.len()..4 * own.len()] == own);
     // And no two are alike.
@@ -107,28 +116,64 @@ fn waves_carry_it_to_and_fro() {
 }
 
 #[test]
-fn it_jets_when_it_contracts_and_does_not_feel_its_own_jet() {
+fn its_jet_is_that_of_its_water_and_it_does_not_feel_it_itself() {
     let mut bloom = bloom(&[birth(0)]);
-    let (mut sources, mut holes, mut strongest) = (0, 0, 0.0_f32);
+    let [mut all, mut missed] = [0.0; 2];
     for _ in 0..240 {
         let emitted = bloom.flows().to_vec();
         let mut other = bloom.clone();
         bloom.step(&around(&emitted, &[]));
         other.step(&around(&[], &[]));
         assert_eq!(bloom.place(0), other.place(0));
-        let flow = bloom.flows()[0];
-        assert!(flow.strength.is_finite() && flow.peak > 0.0 && flow.owner == 1);
-        strongest = strongest.max(flow.strength);
-        if flow.kind == abi::FLOW_SOURCE {
-            sources += 1
-        } else {
-            holes += 1
+        assert_eq!(bloom.flows().len(), PRIMITIVES);
+        for flow in bloom.flows() {
+            assert!(flow.strength.is_finite() && flow.peak > 0.0 && flow.owner == 1, "{flow:?}");
         }
-        let error = bloom.fit_error(0).expect("an error");
-        assert!((0.0..=1.0).contains(&error), "{error}");
+        let fit = bloom.fit(0).expect("a fit");
+        all += fit.squares[0];
+        missed += fit.squares[1];
     }
-    println!("{sources} {holes} {strongest}");
-    assert!(sources > 20 && holes > 20 && strongest > 1e-6, "{sources} {holes} {strongest}");
+    let error = (missed / all).sqrt();
+    println!("the primitives miss {:.0} % of the speed", 100.0 * error);
+    assert!(error < 0.8, "{error}");
+}
+
+/// How alike the velocities of the sea and those of a slice are around its aperture, as a cosine: at places
+/// `off` by so many radians from those at which the fit looks, so many widths of the bell away.
+fn likeness(off: f64, width: f64) -> f64 {
+    let mut bloom = bloom(&[birth(0)]);
+    let (mut along, mut own, mut sea) = (0.0, 0.0, 0.0);
+    for step in 0..240 {
+        bloom.step(&around(&[], &[]));
+        if step < 60 {
+            continue;
+        }
+        let slice = bloom.slice(0).expect("a slice");
+        let fit = bloom.fit(0).expect("a fit");
+        let base = bloom.place(0).expect("a place") - slice.place().extend(0.0);
+        for k in 0..16 {
+            let angle = core::f64::consts::TAU * (f64::from(k) + 0.5) / 16.0 + off;
+            let (cos, sin) = reef_flow::math::cos_sin_f64(angle);
+            let way = (fit.axis * sin - fit.axis.perp() * cos) * width * slice.build().diameter;
+            let there = fit.place + way;
+            let wanted = slice.water().velocity((there - slice.corner()).to_array());
+            // The first animal's slice lies in the plane of x and y.
+            let felt =
+                reef_flow::reference::velocity(bloom.flows(), (base + there.extend(0.0)).to_array(), 0);
+            along += wanted[0] * felt[0] + wanted[1] * felt[1];
+            own += wanted[0] * wanted[0] + wanted[1] * wanted[1];
+            sea += felt[0] * felt[0] + felt[1] * felt[1];
+        }
+    }
+    along / (own * sea).sqrt()
+}
+
+#[test]
+fn its_jet_moves_the_water_of_the_sea_as_its_own_slice_moves() {
+    let half = core::f64::consts::TAU / 32.0;
+    let alike = likeness(0.0, 0.9);
+    println!("{alike}; between the places of the fit {} {}", likeness(half, 0.9), likeness(half, 0.75));
+    assert!(alike > 0.5, "{alike}");
 }
 
 fn bytes(state: &BloomState) -> Vec<u8> {
@@ -165,9 +210,26 @@ fn a_saved_bloom_goes_on_and_a_wrong_state_changes_nothing() {
         change(&|s| s.trails[1] = f64::NAN),
         change(&|s| s.places[2] = f64::NAN),
         change(&|s| s.offsets.push(0)),
+        change(&|s| s.places[4] = 1e300),
+        change(&|s| s.offsets[2] = i64::MIN),
     ];
     for (i, state) in wrong.iter().enumerate() {
         assert!(first.load(state).is_err() && first.save() == before, "{i}");
+    }
+    // What is wrong with one of them names it.
+    let last = before.trails.len() - 1;
+    for state in [change(&|s| s.trails[last] = f64::NAN), wrong[8].clone(), wrong[9].clone()] {
+        let message = first.load(&state).expect_err("refused");
+        assert!(message.starts_with("animal 1"), "{message}");
+    }
+}
+
+#[test]
+fn an_animal_beyond_all_places_is_refused() {
+    for place in [DVec3::new(1e300, 0.0, 0.0), DVec3::new(0.0, f64::NAN, 0.0)] {
+        let births = [birth(0), Birth { place, ..birth(1) }];
+        let message = Bloom::new(&[usual()], &births).expect_err("refused");
+        assert!(message.contains("animals[1].place") && message.contains("10000000 m"), "{message}");
     }
 }
 
@@ -178,7 +240,7 @@ fn every_species_of_the_assets_swims() {
     for name in &names {
         let species = read(name);
         species.check().unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut bloom = Bloom::new(std::slice::from_ref(&species), &[birth(1)], 1025.0, 1.2e-6).expect(name);
+        let mut bloom = Bloom::new(std::slice::from_ref(&species), &[birth(1)]).expect(name);
         let start = bloom.place(0).expect("a place");
         let seconds = 4.0 / species.motion.frequency;
         for _ in 0..(seconds / DT) as usize {
@@ -190,7 +252,9 @@ fn every_species_of_the_assets_swims() {
         assert!(way.y > 0.3 * species.bell.diameter, "{name}: {way}");
         assert!(slice.water().fastest() < 1.5, "{name}: {}", slice.water().fastest());
         assert!(vertices(&mut bloom).iter().all(|v| v.position.iter().all(|x| x.is_finite())));
-        for (mesh, count) in bloom.meshes(0).expect("meshes").iter().zip(bloom.vertices(0).expect("counts")) {
+        for (mesh, count) in
+            bloom.meshes(0, false).expect("meshes").iter().zip(bloom.vertices(0).expect("counts"))
+        {
             assert!(mesh.vertices.len() == count && mesh.indices.iter().all(|i| (*i as usize) < count));
         }
     }
@@ -221,8 +285,7 @@ fn a_wrong_species_is_refused_by_its_key() {
     }
     let unknown = toml::from_str::<Species>("[bell]\nsize = 1.0").expect_err("refused").to_string();
     assert!(unknown.contains("size") && unknown.contains("diameter"), "{unknown}");
-    let message =
-        Bloom::new(&[usual()], &[Birth { species: 7, ..birth(0) }], 1025.0, 1e-6).expect_err("refused");
+    let message = Bloom::new(&[usual()], &[Birth { species: 7, ..birth(0) }]).expect_err("refused");
     assert!(message.contains("animals[0].species"), "{message}");
 }
 
@@ -233,12 +296,12 @@ fn an_individual_of_another_size_swims_alike() {
         let mut species = usual().sized(size);
         species.motion.frequency = frequency;
         species.motion.variation = 0.0;
-        let mut bloom = Bloom::new(&[species], &[birth(0)], 1025.0, 0.0).expect("a bloom");
+        let mut bloom = Bloom::new(&[species], &[birth(0)]).expect("a bloom");
         let start = bloom.place(0).expect("a place");
         // The same steps in shares of a period.
         let dt = DT / 2.0 * 0.7 / frequency;
         for _ in 0..180 {
-            bloom.step(&Surroundings { dt, ..around(&[], &[]) });
+            bloom.step(&Surroundings { dt, viscosity: 0.0, ..around(&[], &[]) });
         }
         (bloom.place(0).expect("a place") - start).y / size
     };

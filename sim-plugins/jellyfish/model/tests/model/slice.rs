@@ -213,6 +213,11 @@ fn a_saved_animal_goes_on_as_if_nothing_had_happened() {
             s.phase = 1.0;
             s
         },
+        {
+            let mut s = before.clone();
+            s.offset[1] = i64::MAX;
+            s
+        },
     ];
     for state in wrong {
         assert!(slice.load(&state).is_err() && slice.save() == before);

@@ -280,7 +280,7 @@ fn tentacles_hang_from_the_margin_all_around_it() {
         let mut fringe = Fringe::new(form, points, 1).expect("a fringe");
         let mut vertices = vec![DrawVertex::default(); fringe.vertices()];
         fringe.write(Level::best(), (0..points).map(pairs), &Frame::default(), &mut vertices);
-        let indices = fringe.indices(0);
+        let indices = fringe.indices();
         assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));
         assert!(worst(&indices, &vertices) > 0.3, "{}", worst(&indices, &vertices));
         for (tube, vertices) in vertices.chunks_exact(points * 4).enumerate() {
