@@ -54,7 +54,8 @@ void main() {
     s.texture_color = vec4(0.0);
 #ifdef TEXTURED
     vec4 found = texel_of(m.texels, vec2(s.uv.x, 1.0 - s.uv.y), spread);
-    bool cut = (instance.flags & CUT_OUT) != 0u;
+    // Without a texture there is nothing to cut: the dot lies at handle 0.
+    bool cut = m.texels != 0u && (instance.flags & CUT_OUT) != 0u;
     if (cut && found.a < 0.5) discard;
     found = cut ? vec4(found.rgb / max(found.a, 1e-3), 1.0) : found;
     s.texture_color = m.texels == 0u ? s.texture_color : found;

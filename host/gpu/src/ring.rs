@@ -51,7 +51,7 @@ impl Ring {
         if self.chunks.len() > 1 {
             let total: u64 = self.chunks.iter().map(Buffer::size).sum();
             self.chunks.clear();
-            self.grow(total)?;
+            self.grow(self.size(total, 0))?;
         }
         Ok(())
     }
@@ -69,7 +69,7 @@ impl Ring {
         let mut offset = self.used.next_multiple_of(alignment);
         let room = self.chunks.last().map_or(0, Buffer::size);
         if size > room.saturating_sub(offset) || self.chunks.is_empty() {
-            self.grow(room.saturating_mul(2).max(size.next_power_of_two()).max(FIRST_BYTES))?;
+            self.grow(self.size(room.saturating_mul(2), size))?;
             offset = 0;
         }
         let chunk = self.chunks.last().ok_or_else(|| GpuError::Resource {
@@ -79,6 +79,10 @@ impl Ring {
         chunk.write(offset, bytes)?;
         self.used = offset + size;
         Ok(Upload { buffer: chunk.raw(), texels: chunk.texels(), offset, size })
+    }
+
+    fn size(&self, wanted: u64, needed: u64) -> u64 {
+        chunk_size(wanted, needed, self.shared.info.limits.max_texel_buffer_elements)
     }
 
     fn grow(&mut self, size: u64) -> Result<()> {
@@ -94,5 +98,26 @@ impl Ring {
         self.chunks.push(Buffer::with_shared(&self.shared, &desc)?);
         self.used = 0;
         Ok(())
+    }
+}
+
+/// Bytes of a chunk: about as many as are `wanted`, but no more texels than the device sees at a time, unless
+/// what it is `needed` for is greater.
+fn chunk_size(wanted: u64, needed: u64, most_texels: u32) -> u64 {
+    let most = u64::from(most_texels) * TEXEL_BYTES;
+    wanted.max(needed.next_power_of_two()).max(FIRST_BYTES).min(most).max(needed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chunk_is_seen_whole_unless_what_it_holds_is_too_great() {
+        assert_eq!(chunk_size(0, 4, 1 << 27), FIRST_BYTES);
+        assert_eq!(chunk_size(1 << 21, (1 << 21) + 4, 1 << 27), 1 << 22);
+        // The least that Vulkan promises: a megabyte.
+        assert_eq!(chunk_size(1 << 24, 1000, 1 << 16), 1 << 20);
+        assert_eq!(chunk_size(0, (1 << 20) + 16, 1 << 16), (1 << 20) + 16);
     }
 }

@@ -76,14 +76,20 @@ impl ContactMap {
         Self { origin, extent, texels }
     }
 
-    /// What changes when the map has to be made anew: where things stand, to a centimetre. How they sway is
-    /// left out: a map a frame would cost more than all the rest of the picture.
+    /// What changes when the map has to be made anew: where things stand, to a centimetre, and of what goes up
+    /// from the ground how large it is and what it covers, to a hundredth. The sizes of what has all at one
+    /// height are left out because they sway: a map a frame would cost more than all the rest of the picture.
     pub fn key(standers: &[Stander]) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut add = |v: i64| hash = (hash ^ v as u64).wrapping_mul(0x0000_0100_0000_01b3);
         for s in standers {
             for v in s.origin.to_array() {
                 add((v * 100.0).round() as i64);
+            }
+            if s.tall > 0.0 {
+                for v in [s.base_radius, s.crown_radius, s.cover, s.tall] {
+                    add((v * 100.0).round() as i64);
+                }
             }
         }
         hash
@@ -226,5 +232,21 @@ mod tests {
         assert_eq!(ContactMap::key(&[stander()]), ContactMap::key(&[swaying]));
         assert_eq!(ContactMap::key(&[stander()]), ContactMap::key(&[stander()]));
         assert_ne!(ContactMap::key(&[stander()]), ContactMap::key(&[moved]));
+    }
+
+    #[test]
+    fn the_key_of_what_has_a_height_changes_with_its_form() {
+        let tall = Stander { tall: 0.8, ..stander() };
+        let others = [
+            Stander { base_radius: tall.base_radius + 0.02, ..tall },
+            Stander { crown_radius: tall.crown_radius + 0.02, ..tall },
+            Stander { cover: tall.cover - 0.02, ..tall },
+            Stander { tall: tall.tall + 0.02, ..tall },
+        ];
+        for other in others {
+            assert_ne!(ContactMap::key(&[tall]), ContactMap::key(&[other]), "{other:?}");
+        }
+        let as_good_as_it = Stander { tall: tall.tall + 0.001, ..tall };
+        assert_eq!(ContactMap::key(&[tall]), ContactMap::key(&[as_good_as_it]));
     }
 }

@@ -196,7 +196,7 @@ impl Fibres {
             return Ok(());
         }
         let count = gathered.fibres.len() as u32;
-        let variant = Variant::of(quality, gathered.materials.iter());
+        let variant = Variant::of_fibres(quality, gathered);
         self.draws.choose(variant, |variant| {
             let [core, fringe] = [("fibres", false), ("fibres: fringes", true)]
                 .map(|(name, fringe)| draw_pipeline(&self.gpu, name, variant, fringe));

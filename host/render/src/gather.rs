@@ -1,13 +1,11 @@
 //! Two steps' streams, made ready for the GPU: fibres matched between the steps, origins relative to the eye.
 
-use std::{collections::HashMap, sync::Arc};
-
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_streams::{Outputs, frame::Frame};
 
-use super::{layers::Catalogue, lod::RIBBON, view::Lens};
+use super::{layers::Catalogue, lod::RIBBON, matched::Matched, view::Lens};
 
 /// A flag of [`GpuFibre`], as `shaders/fibre.glsl` has it: the end is closed.
 pub const CAP: u32 = 2;
@@ -102,6 +100,8 @@ pub struct Gathered {
     pub materials: Vec<abi::Material>,
     /// Of the channels that are shown.
     pub lines: Vec<GpuLine>,
+    /// Where the objects of each instance were in the step before.
+    pub matched: Vec<Matched>,
 }
 
 impl Gathered {
@@ -131,10 +131,10 @@ impl Gathered {
 /// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `channels`: bits of the debug lines to
 /// show.
 pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channels: u32) -> Gathered {
-    let mut all = Gathered::default();
+    let mut all = Gathered { matched: Matched::modules(previous, current), ..Gathered::default() };
     for (i, now) in current.outputs.iter().enumerate() {
         let before = previous.outputs.get(i).unwrap_or(now);
-        gather_instance(&mut all, before, now, alpha, lens);
+        gather_instance(&mut all, i, [before, now], alpha, lens);
         all.lines.extend(
             now.debug_lines
                 .iter()
@@ -159,8 +159,13 @@ fn relative(origin: [f64; 3], lens: &Lens) -> Vec3 {
     (DVec3::from(origin) - lens.eye).as_vec3()
 }
 
-fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>, alpha: f32, lens: &Lens) {
-    let same = Arc::ptr_eq(before, now);
+fn gather_instance(
+    all: &mut Gathered,
+    instance: usize,
+    [before, now]: [&Outputs; 2],
+    alpha: f32,
+    lens: &Lens,
+) {
     let material_base = all.materials.len() as u32;
     let object_base = all.objects.len() as u32;
     let current_base = all.current_nodes.len() as u32;
@@ -169,10 +174,12 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
     all.current_nodes.extend_from_slice(&now.fibre_nodes);
     all.previous_nodes.extend_from_slice(&before.fibre_nodes);
 
-    let matches = Matches::new(before, now, same);
+    let matched = &all.matched[instance];
+    let fibres =
+        matched.elements(before.fibres.iter().map(|f| f.object), now.fibres.iter().map(|f| f.object));
     for (i, object) in now.objects.iter().enumerate() {
         let current = relative(object.origin, lens);
-        let previous = match matches.object(i) {
+        let previous = match matched.of(i) {
             Some(j) => relative(before.objects[j].origin, lens),
             None => current,
         };
@@ -182,7 +189,7 @@ fn gather_instance(all: &mut Gathered, before: &Arc<Outputs>, now: &Arc<Outputs>
         });
     }
     for (i, fibre) in now.fibres.iter().enumerate() {
-        let then = matches.fibre(i).map(|j| &before.fibres[j]).filter(|then| {
+        let then = fibres.of(i).map(|j| &before.fibres[j]).filter(|then| {
             let jumped = (fibre.flags | now.objects[fibre.object as usize].flags) & abi::FLAG_NO_BLEND != 0;
             !jumped && then.node_count == fibre.node_count
         });
@@ -231,63 +238,6 @@ fn is_plain(fibre: &abi::Fibre, outputs: &Outputs) -> bool {
             .materials
             .get(fibre.material as usize)
             .is_some_and(|m| m.pattern == abi::PATTERN_NONE && m.texture == 0 && m.base[3] >= 1.0)
-}
-
-/// Which objects and fibres of two steps are the same: objects by id, fibres by their order within the
-/// object.
-enum Matches {
-    /// The streams have the same shape: the usual case, and the fast one.
-    Same,
-    Mapped {
-        objects: Vec<Option<usize>>,
-        fibres: Vec<Option<usize>>,
-    },
-}
-
-impl Matches {
-    fn new(before: &Outputs, now: &Outputs, same: bool) -> Self {
-        let same_shape = same
-            || (before.objects.len() == now.objects.len()
-                && before.fibres.len() == now.fibres.len()
-                && before.objects.iter().zip(&now.objects).all(|(a, b)| a.id == b.id)
-                && before.fibres.iter().zip(&now.fibres).all(|(a, b)| a.object == b.object));
-        if same_shape {
-            return Matches::Same;
-        }
-        let by_id: HashMap<u64, usize> = before.objects.iter().enumerate().map(|(i, o)| (o.id, i)).collect();
-        let objects: Vec<Option<usize>> = now.objects.iter().map(|o| by_id.get(&o.id).copied()).collect();
-        let mut of_object: HashMap<u32, Vec<usize>> = HashMap::new();
-        for (i, fibre) in before.fibres.iter().enumerate() {
-            of_object.entry(fibre.object).or_default().push(i);
-        }
-        let mut now_counts: HashMap<u32, usize> = HashMap::new();
-        let fibres = now
-            .fibres
-            .iter()
-            .map(|fibre| {
-                let nth = now_counts.entry(fibre.object).or_default();
-                let n = *nth;
-                *nth += 1;
-                let then = objects[fibre.object as usize]?;
-                of_object.get(&(then as u32))?.get(n).copied()
-            })
-            .collect();
-        Matches::Mapped { objects, fibres }
-    }
-
-    fn object(&self, i: usize) -> Option<usize> {
-        match self {
-            Matches::Same => Some(i),
-            Matches::Mapped { objects, .. } => objects[i],
-        }
-    }
-
-    fn fibre(&self, i: usize) -> Option<usize> {
-        match self {
-            Matches::Same => Some(i),
-            Matches::Mapped { fibres, .. } => fibres[i],
-        }
-    }
 }
 
 /// What stands on the ground: the wide foot of each object that has one, else the spread of its fibres'
@@ -344,6 +294,8 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::sample;
 

@@ -37,6 +37,7 @@ mod light_tests;
 mod lines;
 pub mod lod;
 pub mod markers;
+pub mod matched;
 pub mod meshes;
 pub mod noise;
 pub mod pictures;
@@ -234,7 +235,7 @@ impl Renderer {
         }
         let marked = markers::mark(shot.previous, shot.current, shot.alpha, &lens, settings.markers);
         gathered.lines.extend_from_slice(&marked.lines);
-        self.meshes.stand(shot)?;
+        self.meshes.stand(shot, &gathered.matched)?;
         if let Some(terrain) = &environment.terrain {
             if settings.quality == Quality::Low {
                 self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
@@ -255,8 +256,7 @@ impl Renderer {
         let looked = (&gathered, &lens);
         self.meshes.skin(frame, view, shot, looked, settings.detail.as_ref(), quality)?;
         if settings.markers.joints {
-            let joints =
-                self.meshes.lines(shot, &gathered.objects, &lens, (settings.detail.as_ref(), quality));
+            let joints = self.meshes.lines(shot, &gathered, &lens, (settings.detail.as_ref(), quality));
             gathered.lines.extend(joints);
         }
         // The background covers what nothing else does.

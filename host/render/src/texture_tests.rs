@@ -108,6 +108,13 @@ fn shoot(studio: &mut Studio, name: &str, outputs: Outputs, distance: f64, quali
     picture
 }
 
+/// How many pixels show something, and the greatest difference of light between two of these.
+fn shown(picture: &Picture) -> (usize, u8) {
+    let seen: Vec<u8> = picture.rgba.chunks_exact(4).map(|p| p[1]).filter(|v| *v > 3).collect();
+    let [least, most] = [seen.iter().min(), seen.iter().max()].map(|v| v.copied().unwrap_or(0));
+    (seen.len(), most - least)
+}
+
 /// The greatest difference of two pictures' pixels, and how many differ by more than 3.
 fn difference(a: &Picture, b: &Picture) -> (u8, usize) {
     let of = a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b));
@@ -135,6 +142,8 @@ fn a_texture_whose_edges_join_shows_no_line_where_they_do() {
                 shoot(&mut studio, &format!("{name}-{width}"), outputs, 1.0, quality)
             };
             let [at_the_side, before] = [("column", 0), ("column-turned", 1)].map(|(n, q)| seen(n, q));
+            let (pixels, contrast) = shown(&before);
+            assert!(pixels > 1000 && contrast > 80, "{quality:?}, {width} texels: {pixels}, {contrast}");
             let (most, many) = difference(&at_the_side, &before);
             assert!(many < 8, "{quality:?}, {width} texels: {many} differ, by {most}");
             // On a mesh, u goes on beyond 1.
@@ -144,6 +153,8 @@ fn a_texture_whose_edges_join_shows_no_line_where_they_do() {
             };
             let whole = seen("board", 0, [0.0, 1.0]);
             let moved = seen("board-moved", width / 2, [0.5, 1.5]);
+            let (pixels, contrast) = shown(&moved);
+            assert!(pixels > 1000 && contrast > 40, "{quality:?}, {width} texels: {pixels}, {contrast}");
             let (most, many) = difference(&whole, &moved);
             assert!(many < 8, "{quality:?}, {width} texels, board: {many} differ, by {most}");
         }

@@ -59,8 +59,15 @@ pub trait Emitted: Element {
         Err(Fault { field: "spare", problem: "is not zero".to_owned() })
     }
 
-    /// Whether `part` of the stream is sound, and whether its ids grow, the first one from `before`. May
-    /// doubt what is allowed, but never passes what [`Emitted::verdict`] refuses, nor what is unknown.
+    /// The index of the first element that is wrong beside others of its stream but for their ids, and what
+    /// is wrong. Looked for only where some part of the stream is not in order. `room`: memory to use.
+    fn beside(_elements: &[Self], _room: &mut Vec<u64>) -> Option<(usize, Fault)> {
+        None
+    }
+
+    /// Whether `part` of the stream is sound, and whether it is in order: its ids grow, the first one from
+    /// `before`. May doubt what is allowed, but never passes what [`Emitted::verdict`] refuses, nor what is
+    /// unknown; and calls nothing in order in which two elements exclude each other.
     fn glance(part: &[Self], before: u64, outputs: &Outputs) -> (bool, bool) {
         let sound =
             part.iter().all(|element| element.verdict(outputs).is_ok() && element.unknown().is_none());
@@ -154,7 +161,7 @@ impl Checker {
 /// Whether what all jobs of a check looked at is sound.
 struct Verdict {
     sound: AtomicBool,
-    /// Bit s: the ids of stream s are not in the order that proves them to be unique.
+    /// Bit s: stream s is not in the order that proves its ids to be unique, or its ranges.
     unordered: AtomicU32,
 }
 
@@ -227,12 +234,13 @@ impl Visit for Find<'_> {
             return;
         }
         let name = Stream::of::<T>().name;
+        let unordered = self.unordered & 1 << T::STREAM != 0;
+        let mut wrong = None;
         if !self.sound {
-            let wrong = elements
+            wrong = elements
                 .iter()
                 .enumerate()
                 .find_map(|(i, element)| Some((i, element.verdict(self.outputs).err()?)));
-            self.found = wrong.map(|(i, fault)| format!("stream {name}, element {i}: {fault}"));
             for unknown in elements.iter().filter_map(T::unknown) {
                 let met = (T::STREAM, unknown);
                 if self.unknown.len() < MOST_UNKNOWN && !self.unknown.contains(&met) {
@@ -240,7 +248,15 @@ impl Visit for Find<'_> {
                 }
             }
         }
-        if self.found.is_none() && self.unordered & 1 << T::STREAM != 0 {
+        if unordered && let Some((i, fault)) = T::beside(elements, self.ids) {
+            // Of one element, what is wrong with it alone comes first, but for its spare fields.
+            let alone = |own: &usize| *own < i || *own == i && elements[i].check(self.outputs).is_err();
+            if !wrong.as_ref().is_some_and(|(own, _)| alone(own)) {
+                wrong = Some((i, fault));
+            }
+        }
+        self.found = wrong.map(|(i, fault)| format!("stream {name}, element {i}: {fault}"));
+        if self.found.is_none() && unordered {
             self.ids.clear();
             self.ids.extend(elements.iter().filter_map(T::id));
             self.ids.sort_unstable();

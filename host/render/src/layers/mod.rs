@@ -214,8 +214,8 @@ impl Array {
             ..ImageDesc::new(size.name, (side, side), format, U::SAMPLED | U::TRANSFER_DST)
         };
         let levels = 0..desc.mips as usize;
-        let texels = levels.flat_map(|level| layers.iter().flat_map(move |layer| &layer[level]));
-        let texels: Vec<u8> = texels.copied().collect();
+        let pieces: Vec<&[u8]> = levels.flat_map(|level| layers.iter().map(move |l| &l[level][..])).collect();
+        let texels = pieces.concat();
         // The one before is given back first: both would be too much.
         self.image = None;
         let image = Image::new(gpu, &desc)?;

@@ -8,7 +8,7 @@ use reef_streams::frame::Frame;
 use super::{gather::gather, library::Shelf, twin};
 use crate::{
     Shot,
-    gather::{GpuLine, GpuObject},
+    gather::{Gathered, GpuLine},
     lod::Thresholds,
     quality::Quality,
     view::Lens,
@@ -24,19 +24,19 @@ const AXIS: f32 = 0.08;
 /// The lines of one picture.
 pub(super) fn lines(
     shot: &Shot<'_>,
-    (shelf, objects): (&Shelf, &[GpuObject]),
+    (shelf, gathered): (&Shelf, &Gathered),
     lens: &Lens,
     (limits, quality): (Option<&Thresholds>, Quality),
 ) -> Vec<GpuLine> {
     let (previous, current): (&Frame, &Frame) = (shot.previous, shot.current);
-    let subject = gather(previous, current, shot.alpha, lens, quality, shelf);
+    let subject = gather([previous, current], &gathered.matched, shot.alpha, lens, quality, shelf);
     let brought = twin::Brought::new(previous, current);
     let mut lines = Vec::new();
     for (i, instance) in subject.instances.iter().enumerate() {
         if instance.vertices_of as usize != i {
             continue;
         }
-        let stand = twin::stand((&subject, &brought), (shelf, objects), i, lens, limits);
+        let stand = twin::stand((&subject, &brought), (shelf, &gathered.objects), i, lens, limits);
         let color = match stand.level {
             Some(level) => COLORS[(level as usize).min(COLORS.len() - 1)],
             None => CULLED,

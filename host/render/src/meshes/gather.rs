@@ -1,19 +1,20 @@
 //! Two steps' meshes, made ready for the GPU: instances matched between the steps, those that let light
 //! through from far to near.
 
-use std::{collections::HashMap, sync::Arc};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_streams::{Outputs, frame::Frame, meshes::Mesh};
 
 use super::{
+    buffers::Most,
     library::Shelf,
     records::{CUT_OUT, DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
     stand::Canopy,
     steps,
 };
-use crate::{quality::Quality, view::Lens};
+use crate::{matched::Matched, quality::Quality, view::Lens};
 
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +45,7 @@ struct Steps<'a> {
     now: &'a Outputs,
     alpha: f32,
     eye: DVec3,
+    matched: &'a Matched,
     /// Its meshes by their ids, and their numbers on the shelf; those that are there.
     meshes: Vec<(&'a Mesh, u32)>,
     /// Where its objects and materials begin in the picture's.
@@ -54,11 +56,11 @@ struct Steps<'a> {
     bases: [[u32; 2]; 2],
 }
 
-/// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `quality`: at low quality veils are lit
-/// at their vertices, where none has a texture.
+/// Flattens two steps, whose objects are `matched`. `alpha`: 0 shows the step before, 1 this one. `quality`:
+/// at low quality veils are lit at their vertices, where none has a texture.
 pub fn gather(
-    previous: &Frame,
-    current: &Frame,
+    [previous, current]: [&Frame; 2],
+    matched: &[Matched],
     alpha: f32,
     lens: &Lens,
     quality: Quality,
@@ -68,14 +70,14 @@ pub fn gather(
     let mut veils = Vec::new();
     let (mut objects, mut materials) = (0, 0);
     let nothing = Arc::default();
-    for (module, now) in current.outputs.iter().enumerate() {
+    for (module, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
         let before = previous.outputs.get(module).unwrap_or(&nothing);
         let bases = [previous, current].map(|frame| steps::base(frame, module));
         let alpha = alpha.clamp(0.0, 1.0);
         let meshes = now.meshes.iter().filter_map(|mesh| Some((&**mesh, shelf.number(mesh)?))).collect();
         let eye = lens.eye;
-        let steps = Steps { before, now, alpha, eye, meshes, objects, materials, module, bases };
-        steps.gather(Arc::ptr_eq(before, now), &mut all, &mut veils);
+        let steps = Steps { before, now, alpha, eye, matched, meshes, objects, materials, module, bases };
+        steps.gather(&mut all, &mut veils);
         objects += now.objects.len() as u32;
         materials += now.materials.len() as u32;
     }
@@ -90,6 +92,24 @@ pub fn gather(
 }
 
 impl Subject {
+    /// Leaves out the last of what is more than the device can bind.
+    pub(super) fn fit(&mut self, most: &Most) {
+        let room = usize::try_from(most.instances).unwrap_or(usize::MAX);
+        if self.instances.len() <= room && u64::from(self.palette) <= most.joints {
+            return;
+        }
+        self.instances.truncate(room);
+        let count = self.instances.len();
+        for instance in &mut self.instances {
+            let end = u64::from(instance.palette) + u64::from(instance.joints);
+            // Whose vertices it draws may be gone.
+            if end > most.joints || instance.vertices_of as usize >= count {
+                *instance = GpuInstance { fade: 1.0, joints: 0, ..*instance };
+            }
+        }
+        self.palette = u32::try_from(most.joints).map_or(self.palette, |most| self.palette.min(most));
+    }
+
     /// Takes from instances the light that neighbours in their bed keep.
     pub fn shade(&mut self, canopy: &Canopy, lens: &Lens) {
         let shade = |instance: &mut GpuInstance| instance.shade = canopy.shade(instance.object, lens.eye.y);
@@ -116,16 +136,20 @@ fn hang(all: &mut Subject, mut veils: Vec<Veil>) {
 }
 
 impl Steps<'_> {
-    fn gather(&self, same: bool, all: &mut Subject, veils: &mut Vec<Veil>) {
+    fn gather(&self, all: &mut Subject, veils: &mut Vec<Veil>) {
         let (before, now) = (self.before, self.now);
         if now.skinned.is_empty() && now.mesh_draws.is_empty() {
             return;
         }
         let [joints, vertices] = [0, 1].map(|stream| (self.bases[0][stream], self.bases[1][stream]));
-        let twins = Twins::new(self, same, |o| o.skinned.iter().map(|e| (e.object, e.mesh)).collect());
+        let places = self
+            .matched
+            .elements(before.skinned.iter().map(|e| e.object), now.skinned.iter().map(|e| e.object));
         for (i, element) in now.skinned.iter().enumerate() {
-            let then = twins.of(i).map(|j| &before.skinned[j]).filter(|then| {
-                then.joint_count == element.joint_count && !self.jumped(element.object, element.flags)
+            let then = places.of(i).map(|j| &before.skinned[j]).filter(|then| {
+                then.mesh == element.mesh
+                    && then.joint_count == element.joint_count
+                    && !self.jumped(element.object, element.flags)
             });
             let look = [element.phase, element.hue, element.value, element.fade];
             let Some(mut instance) = self.instance(element.object, element.mesh, element.material, look)
@@ -142,12 +166,15 @@ impl Steps<'_> {
             all.palette += element.joint_count;
             self.put(all, veils, element.object, instance);
         }
-        let twins = Twins::new(self, same, |o| o.mesh_draws.iter().map(|e| (e.object, e.mesh)).collect());
+        let places = self
+            .matched
+            .elements(before.mesh_draws.iter().map(|e| e.object), now.mesh_draws.iter().map(|e| e.object));
         for (i, element) in now.mesh_draws.iter().enumerate() {
             let jumped = self.jumped(element.object, element.flags);
             // A mesh of another build may have the same number.
-            let then = twins.of(i).map(|j| &before.mesh_draws[j]);
-            let then = then.filter(|then| then.vertex_count == element.vertex_count && !jumped);
+            let then = places.of(i).map(|j| &before.mesh_draws[j]).filter(|then| {
+                then.mesh == element.mesh && then.vertex_count == element.vertex_count && !jumped
+            });
             let look = [element.phase, element.hue, element.value, element.fade];
             let Some(mut instance) = self.instance(element.object, element.mesh, element.material, look)
             else {
@@ -209,46 +236,5 @@ impl Steps<'_> {
         let seen = &self.now.objects[object as usize];
         let middle = (DVec3::from(seen.origin) - self.eye).as_vec3() + Vec3::from(seen.bounds_center);
         veils.push(Veil { distance: middle.length_squared(), object: (self.module, object), instance });
-    }
-}
-
-/// Which elements of two steps are the same: by the id of their object, and their number within it.
-struct Twins(Option<Vec<Option<usize>>>);
-
-impl Twins {
-    /// `of`: object and mesh of each element.
-    fn new(steps: &Steps<'_>, same: bool, of: impl Fn(&Outputs) -> Vec<(u32, u32)>) -> Self {
-        if same {
-            return Self(None);
-        }
-        let (before, now) = (of(steps.before), of(steps.now));
-        let ids = |outputs: &Outputs, object: u32| outputs.objects[object as usize].id;
-        // The usual case, and the fast one: nothing came or went.
-        if before == now
-            && steps.before.objects.len() == steps.now.objects.len()
-            && steps.before.objects.iter().zip(&steps.now.objects).all(|(a, b)| a.id == b.id)
-        {
-            return Self(None);
-        }
-        let mut of_id: HashMap<u64, Vec<usize>> = HashMap::new();
-        for (i, (object, _)) in before.iter().enumerate() {
-            of_id.entry(ids(steps.before, *object)).or_default().push(i);
-        }
-        let mut seen: HashMap<u64, usize> = HashMap::new();
-        let twins = now.iter().map(|(object, mesh)| {
-            let id = ids(steps.now, *object);
-            let number = seen.entry(id).or_default();
-            *number += 1;
-            let twin = *of_id.get(&id)?.get(*number - 1)?;
-            (before[twin].1 == *mesh).then_some(twin)
-        });
-        Self(Some(twins.collect()))
-    }
-
-    fn of(&self, i: usize) -> Option<usize> {
-        match &self.0 {
-            None => Some(i),
-            Some(twins) => twins[i],
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The meshes that the sea's instances have, on the device: one of each content, whoever made it.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{borrow::Cow, collections::HashMap, sync::Arc};
 
 use ash::vk;
 use bytemuck::Pod;
@@ -194,8 +194,11 @@ impl Library {
 /// A buffer of texels with this content, filled up to a whole texel; of one where there is none, because a
 /// buffer of no bytes is not allowed.
 fn bring<T: Pod>(gpu: &Gpu, name: &str, content: &[T]) -> Result<Buffer> {
-    let mut bytes = bytemuck::cast_slice::<T, u8>(content).to_vec();
-    bytes.resize(bytes.len().next_multiple_of(TEXEL_BYTES as usize).max(TEXEL_BYTES as usize), 0);
+    let mut bytes = Cow::Borrowed(bytemuck::cast_slice::<T, u8>(content));
+    let whole = bytes.len().next_multiple_of(TEXEL_BYTES as usize).max(TEXEL_BYTES as usize);
+    if bytes.len() < whole {
+        bytes.to_mut().resize(whole, 0);
+    }
     gpu.buffer_with(name, vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER, &bytes)
 }
 

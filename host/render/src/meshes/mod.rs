@@ -32,7 +32,7 @@ use ash::vk;
 use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Resource, Result, Upload};
 
 use self::{
-    buffers::{Buffers, MOST_INDICES, Wanted},
+    buffers::{Buffers, MOST_INDICES, Most, Wanted},
     draws::{Draws, lit_pipeline},
     gather::Subject,
     library::Library,
@@ -45,9 +45,10 @@ use self::{
 };
 use super::{
     Shot,
-    gather::{Gathered, GpuLine, GpuObject, Stander},
+    gather::{Gathered, GpuLine, Stander},
     layers::{Edges, Layers},
     lod::Thresholds,
+    matched::Matched,
     quality::Quality,
     targets::Targets,
     variant::{Variant, Variants},
@@ -80,8 +81,8 @@ pub struct Meshes {
     draws: Variants<Draws>,
     buffers: Option<Buffers>,
     picture: Option<Picture>,
-    /// Vertices of one picture at most: their buffer has to stay within what the device can bind.
-    pub(crate) most_vertices: u64,
+    /// Of one picture at most.
+    pub(crate) most: Most,
     standing: Vec<Standing>,
     canopy: Canopy,
 }
@@ -103,19 +104,19 @@ impl Meshes {
             draws: Variants::default(),
             buffers: None,
             picture: None,
-            most_vertices: u64::from(gpu.info().limits.max_storage_buffer_range) / (VERTEX_WORDS as u64 * 4),
+            most: Most::of(&gpu.info().limits),
             standing: Vec::new(),
             canopy: Canopy::default(),
         }
     }
 
     /// Looks at what stands on the ground of a picture: before the ground is drawn, and the meshes are.
-    pub fn stand(&mut self, shot: &Shot<'_>) -> Result<()> {
+    pub fn stand(&mut self, shot: &Shot<'_>, matched: &[Matched]) -> Result<()> {
         self.library.update(&self.gpu, shot.current)?;
         let shelf = &self.library.shelf;
         let terrain = shot.environment.terrain.as_deref();
-        let standing =
-            terrain.map(|t| stand::standing(shot.previous, shot.current, t, shelf)).unwrap_or_default();
+        let steps = [shot.previous, shot.current];
+        let standing = terrain.map(|t| stand::standing(steps, matched, t, shelf)).unwrap_or_default();
         if standing != self.standing {
             self.canopy = Canopy::new(&standing);
             self.standing = standing;
@@ -139,8 +140,10 @@ impl Meshes {
         quality: Quality,
     ) -> Result<()> {
         self.picture = None;
-        let mut subject =
-            gather::gather(shot.previous, shot.current, shot.alpha, lens, quality, &self.library.shelf);
+        let steps = [shot.previous, shot.current];
+        let shelf = &self.library.shelf;
+        let mut subject = gather::gather(steps, &gathered.matched, shot.alpha, lens, quality, shelf);
+        subject.fit(&self.most);
         subject.shade(&self.canopy, lens);
         if subject.instances.is_empty() {
             self.steps.forget();
@@ -397,15 +400,15 @@ impl Meshes {
             .run(|cmd| record(cmd, b, &bound))
     }
 
-    /// Joints and levels of detail of a picture as lines. `objects`: the picture's.
+    /// Joints and levels of detail of a picture as lines.
     pub fn lines(
         &self,
         shot: &Shot<'_>,
-        objects: &[GpuObject],
+        gathered: &Gathered,
         lens: &Lens,
         how: (Option<&Thresholds>, Quality),
     ) -> Vec<GpuLine> {
-        debug::lines(shot, (&self.library.shelf, objects), lens, how)
+        debug::lines(shot, (&self.library.shelf, gathered), lens, how)
     }
 
     /// What the last picture's scan counted. Waits for the device: for tests and benches.
@@ -447,11 +450,11 @@ impl Meshes {
         let wanted = Wanted {
             instances: subject.instances.len() as u64,
             joints: u64::from(subject.palette),
-            vertices: subject.most_vertices.min(self.most_vertices),
+            vertices: subject.most_vertices.min(self.most.vertices),
             indices: subject.most_indices.min(MOST_INDICES),
         };
         if !self.buffers.as_ref().is_some_and(|buffers| buffers.fit(&wanted)) {
-            self.buffers = Some(Buffers::new(&self.gpu, &wanted, self.most_vertices)?);
+            self.buffers = Some(Buffers::new(&self.gpu, &wanted, &self.most)?);
         }
         Ok(())
     }

@@ -3,12 +3,12 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3Swizzles};
 use reef_abi as abi;
-use reef_streams::{Outputs, environment::Terrain, frame::Frame, meshes::Mesh, retained};
+use reef_streams::{Outputs, environment::Terrain, frame::Frame, meshes::Mesh};
 
 use super::library::{Shelf, half};
-use crate::{boulder::ground_height, gather::Stander};
+use crate::{boulder::ground_height, gather::Stander, matched::Matched};
 
 /// Farthest that the origin of what stands is from the ground [m].
 const STANDS: f32 = 0.15;
@@ -48,12 +48,12 @@ impl Form {
             let own = 0.5 * (b - a).cross(c - a).length();
             let middle = (a + b + c) / 3.0;
             area += own;
-            spread += own * middle.xz_squared();
+            spread += own * middle.xz().length_squared();
         }
         let own = &mesh.vertices[level.first_vertex as usize..][..level.vertex_count as usize];
         let places = || own.iter().map(|v| Vec3::from(v.position));
         let height = places().fold(0.0_f32, |high, p| high.max(p.y));
-        let feet = places().filter(|p| p.y < 0.1 * height).map(Vec3::xz_squared);
+        let feet = places().filter(|p| p.y < 0.1 * height).map(|p| p.xz().length_squared());
         let (sum, count) = feet.fold((0.0, 0.0_f32), |(sum, count), r| (sum + r, count + 1.0));
         // The mean square of a disc's radii is half of its radius' square.
         let radius = |mean_square: f32| (2.0 * mean_square).sqrt();
@@ -78,17 +78,6 @@ impl Form {
             height: self.height.max(other.height),
             leaf: self.leaf + other.leaf,
         }
-    }
-}
-
-/// Squared distance from the axis of what stands.
-trait Across {
-    fn xz_squared(self) -> f32;
-}
-
-impl Across for Vec3 {
-    fn xz_squared(self) -> f32 {
-        self.x * self.x + self.z * self.z
     }
 }
 
@@ -121,21 +110,32 @@ impl Standing {
 }
 
 /// What stands on the ground: objects of skinned meshes whose origins are at it, and where they were in the
-/// step before. How they sway is not looked at, so it is the same in every step.
-pub fn standing(previous: &Frame, current: &Frame, terrain: &Terrain, shelf: &Shelf) -> Vec<Standing> {
+/// step before. How they sway is not looked at, so it is the same in every step. `matched`: the objects of
+/// the two steps.
+pub fn standing(
+    [previous, current]: [&Frame; 2],
+    matched: &[Matched],
+    terrain: &Terrain,
+    shelf: &Shelf,
+) -> Vec<Standing> {
     let mut all = Vec::new();
     let mut objects = 0;
-    for (number, now) in current.outputs.iter().enumerate() {
+    for (number, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
         let before = previous.outputs.get(number).unwrap_or(now);
+        let known: Vec<(u32, Form)> = now
+            .meshes
+            .iter()
+            .filter_map(|mesh| Some((mesh.id, shelf.forms[shelf.number(mesh)? as usize])))
+            .collect();
         let mut forms: Vec<Option<Form>> = Vec::new();
         for element in &now.skinned {
             let own = element.object as usize;
-            if forms.get(own).is_none_or(Option::is_none) && !stands(before, now, own, terrain) {
+            let first = forms.get(own).is_none_or(Option::is_none);
+            if first && !stands(before, (now, own), matched, terrain) {
                 continue;
             }
-            let mesh = retained::find(&now.meshes, element.mesh).and_then(|mesh| shelf.number(mesh));
-            let Some(mesh) = mesh else { continue };
-            let form = shelf.forms[mesh as usize].scaled(element.scale);
+            let Ok(at) = known.binary_search_by_key(&element.mesh, |(id, _)| *id) else { continue };
+            let form = known[at].1.scaled(element.scale);
             forms.resize(forms.len().max(own + 1), None);
             forms[own] = Some(forms[own].map_or(form, |known| known.and(form)));
         }
@@ -149,12 +149,9 @@ pub fn standing(previous: &Frame, current: &Frame, terrain: &Terrain, shelf: &Sh
     all
 }
 
-fn stands(before: &Outputs, now: &Outputs, number: usize, terrain: &Terrain) -> bool {
+fn stands(before: &Outputs, (now, number): (&Outputs, usize), matched: &Matched, terrain: &Terrain) -> bool {
     let object = &now.objects[number];
-    let rests = match before.objects.get(number).filter(|then| then.id == object.id) {
-        Some(then) => then.origin == object.origin,
-        None => true,
-    };
+    let rests = matched.of(number).is_none_or(|then| before.objects[then].origin == object.origin);
     let [x, y, z] = object.origin;
     rests && (y as f32 - ground_height(terrain, x, z)).abs() < STANDS
 }
@@ -252,8 +249,12 @@ mod tests {
         sample::frame(1, sample::looking_at(DVec3::ONE, DVec3::ZERO), outputs)
     }
 
+    fn stand([before, now]: [&Frame; 2], models: &Models) -> Vec<Standing> {
+        standing([before, now], &Matched::modules(before, now), &flat(), &shelf(models))
+    }
+
     fn seen(models: &Models, before: &Outputs, now: &Outputs) -> Vec<Standing> {
-        standing(&frame(before.clone()), &frame(now.clone()), &flat(), &shelf(models))
+        stand([&frame(before.clone()), &frame(now.clone())], models)
     }
 
     #[test]
@@ -277,9 +278,16 @@ mod tests {
         // Another instance's objects come after these.
         let mut both = frame(now.clone());
         both.outputs.push(Arc::new(now.clone()));
-        let numbers: Vec<u32> =
-            standing(&both, &both, &flat(), &shelf(&models)).iter().map(|s| s.object).collect();
+        let numbers: Vec<u32> = stand([&both, &both], &models).iter().map(|s| s.object).collect();
         assert_eq!(numbers, [1, 2, 4, 6, 7, 9]);
+        // What swims does not stand, though another one came before it.
+        let mut more = models.empty();
+        models.plant(&mut more, [3.0, GROUND, 0.0], 0.5, 0.0);
+        models.fish(&mut more, [0.02, GROUND + 0.05, 2.0], 0.0, 0.0);
+        let fish = now.objects[2].id;
+        (more.objects[0].id, more.objects[1].id) = (u64::MAX, fish);
+        let numbers: Vec<u32> = seen(&models, &now, &more).iter().map(|s| s.object).collect();
+        assert_eq!(numbers, [0]);
     }
 
     #[test]

@@ -22,7 +22,9 @@ use super::{
 use crate::{
     Quality, Settings, Shot,
     device_tests::{SIZE, blackboard, half, keep, open},
-    gather as fibres, sample,
+    gather as fibres,
+    matched::Matched,
+    sample,
     studio::Studio,
     view::{self, Lens},
 };
@@ -104,8 +106,8 @@ fn the_gpus_meshes_are_those_of_the_twin() {
         let Drawn { parts, vertices, indices } = studio.renderer().meshes().read_back().expect("read back");
         let counts = studio.renderer().meshes().counts().expect("read back");
         assert_eq!(counts.left_out, 0);
-        let subject = gather(&previous, &current, alpha, &lens, settings.quality, &shelf);
-        let objects = fibres::gather(&previous, &current, alpha, &lens, 0).objects;
+        let fibres::Gathered { objects, matched, .. } = fibres::gather(&previous, &current, alpha, &lens, 0);
+        let subject = gather([&previous, &current], &matched, alpha, &lens, settings.quality, &shelf);
         let brought = twin::Brought::new(&previous, &current);
         let (mut drawn, mut pairs, mut levels, mut bins) = (0, 0, [0; 6], [0; 6]);
         for i in 0..subject.instances.len() {
@@ -169,7 +171,9 @@ fn the_gpus_meshes_are_those_of_the_twin() {
 fn subject(before: Outputs, now: Outputs, alpha: f32) -> Subject {
     let frames = [(1, before), (2, now)].map(|(step, outputs)| sample::frame(step, camera(), outputs));
     let lens = Lens::new(&camera(), [SIZE.0, SIZE.1], 60.0);
-    gather(&frames[0], &frames[1], alpha, &lens, Quality::High, &shelf(&frames[1]))
+    let [before, now] = &frames;
+    let matched = Matched::modules(before, now);
+    gather([before, now], &matched, alpha, &lens, Quality::High, &shelf(now))
 }
 
 #[test]
@@ -260,7 +264,7 @@ fn what_does_not_fit_is_left_out_whole() {
         models.bell(&mut outputs, [0.3 * f64::from(i), -3.4, -2.0], 1.0, 0.3);
     }
     let most = 3 * u64::from(outputs.mesh_draws[0].vertex_count) + 100;
-    studio.renderer_mut().meshes.most_vertices = most;
+    studio.renderer_mut().meshes.most.vertices = most;
     let how = Settings { detail: None, ..Settings::default() };
     let first = shoot(&mut studio, "left-out", &outputs, camera(), &how);
     let counts = studio.renderer().meshes().counts().expect("read back");
@@ -268,6 +272,35 @@ fn what_does_not_fit_is_left_out_whole() {
     assert!(counts.left_out > 0 && counts.drawn > 0 && u64::from(counts.vertices) <= most, "{counts:?}");
     assert!(indices.iter().all(|index| *index < counts.vertices));
     assert!(first.rgba == shoot(&mut studio, "left-out", &outputs, camera(), &how).rgba);
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn instances_and_joints_that_do_not_fit_are_left_out_whole() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let models = Models::default();
+    let mut outputs = models.empty();
+    for i in 0..4 {
+        models.fish(&mut outputs, [0.4 * f64::from(i) - 0.6, -3.4, -1.0], 0.3, 0.2);
+        models.bell(&mut outputs, [0.4 * f64::from(i) - 0.6, -3.2, -1.0], 1.0, 0.3);
+    }
+    let how = Settings { detail: None, ..Settings::default() };
+    let mut drawn = |instances: u64, joints: u64| {
+        studio.renderer_mut().meshes.most.instances = instances;
+        studio.renderer_mut().meshes.most.joints = joints;
+        shoot(&mut studio, "no-room", &outputs, camera(), &how);
+        studio.renderer().meshes().counts().expect("read back").drawn
+    };
+    // Fishes first; of each bell the far side and the near one, whose vertices both draw.
+    let joints = reef_shapes::fish::JOINTS as u64;
+    assert_eq!(drawn(12, 4 * joints), 12);
+    assert_eq!(drawn(12, 4 * joints - 1), 11);
+    assert_eq!(drawn(12, 2 * joints + 1), 10);
+    // Without the near side of the last bell there is no far one.
+    assert_eq!(drawn(11, 4 * joints), 10);
+    assert_eq!(drawn(3, 4 * joints), 3);
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());
 }

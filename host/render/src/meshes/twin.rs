@@ -91,8 +91,8 @@ struct Twin<'a> {
 pub fn sizes(previous: &sea::Frame, current: &sea::Frame, lens: &Lens) -> Vec<f32> {
     let mut shelf = Shelf::default();
     current.outputs.iter().flat_map(|outputs| outputs.meshes.iter()).for_each(|mesh| shelf.add(mesh));
-    let subject = super::gather::gather(previous, current, 1.0, lens, Quality::Low, &shelf);
-    let objects = gather::gather(previous, current, 1.0, lens, 0).objects;
+    let gather::Gathered { objects, matched, .. } = gather::gather(previous, current, 1.0, lens, 0);
+    let subject = super::gather::gather([previous, current], &matched, 1.0, lens, Quality::Low, &shelf);
     let brought = Brought::new(previous, current);
     let size = |instance| {
         let twin = Twin::new(&brought, (&shelf, &objects), instance, lens);

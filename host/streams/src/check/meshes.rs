@@ -153,17 +153,19 @@ impl Emitted for abi::Skinned {
 }
 
 impl Emitted for abi::MeshDraw {
-    // One job looks at all: they are few, and each is looked at beside the others.
+    // One job looks at all: they are few, and each has to begin where those before it have ended.
     const PIECE: Option<usize> = None;
 
     fn check(&self, outputs: &Outputs) -> Checked {
-        draw(self, outputs)?;
-        let others = outputs.mesh_draws.iter().enumerate();
-        let mut shared = others.filter(|(_, other)| !std::ptr::eq(*other, self) && overlap(other, self));
-        match shared.next() {
-            Some((other, _)) => fault("first_vertex", format!("leads into the vertices of element {other}")),
-            None => Ok(()),
+        index("object", self.object, outputs.objects.len(), "objects")?;
+        index("material", self.material, outputs.materials.len(), "materials")?;
+        let vertices = mesh(outputs, self.mesh)?.vertices.len();
+        if self.vertex_count as usize != vertices {
+            return fault("vertex_count", format!("is {}, the mesh has {vertices}", self.vertex_count));
         }
+        let there = outputs.draw_vertices.len();
+        range("first_vertex and vertex_count", self.first_vertex, self.vertex_count, there, "vertices")?;
+        look([self.phase, self.hue, self.value, self.fade])
     }
 
     fn unknown(&self) -> Option<Unknown> {
@@ -182,30 +184,39 @@ impl Emitted for abi::MeshDraw {
         self.spare == [0; 2]
     }
 
-    /// Draws whose vertices follow one another share none, without a look at each pair.
-    fn glance(part: &[Self], _: u64, outputs: &Outputs) -> (bool, bool) {
-        let mut end = 0;
-        let sound = part.iter().all(|element| {
-            let first = u64::from(element.first_vertex);
-            let before = std::mem::replace(&mut end, first + u64::from(element.vertex_count));
-            let usual = element.spare_is_zero() && element.unknown().is_none();
-            before <= first && usual && draw(element, outputs).is_ok()
-        });
-        (sound, true)
+    /// No two share vertices.
+    fn beside(elements: &[Self], room: &mut Vec<u64>) -> Option<(usize, Fault)> {
+        let end = |range: u64| (range >> 32) + (range & u64::from(u32::MAX));
+        let range = |draw: &Self| u64::from(draw.first_vertex) << 32 | u64::from(draw.vertex_count);
+        room.clear();
+        room.extend(elements.iter().map(range));
+        room.sort_unstable();
+        // Behind all ranges in order: how far each, or one before it, goes.
+        let mut farthest = 0;
+        for i in 0..elements.len() {
+            farthest = end(room[i]).max(farthest);
+            room.push(farthest);
+        }
+        let (sorted, ends) = room.split_at(elements.len());
+        let shares = |own: u64| {
+            let place = sorted.partition_point(|range| *range < own);
+            let before = place.checked_sub(1).is_some_and(|before| ends[before] > own >> 32);
+            before || sorted.get(place + 1).is_some_and(|next| next >> 32 < end(own))
+        };
+        let i = elements.iter().position(|element| shares(range(element)))?;
+        let other =
+            (0..elements.len()).find(|&other| other != i && overlap(&elements[other], &elements[i]))?;
+        let problem = format!("leads into the vertices of element {other}");
+        Some((i, Fault { field: "first_vertex", problem }))
     }
-}
 
-/// What is wrong with a mesh draw by itself.
-fn draw(draw: &abi::MeshDraw, outputs: &Outputs) -> Checked {
-    index("object", draw.object, outputs.objects.len(), "objects")?;
-    index("material", draw.material, outputs.materials.len(), "materials")?;
-    let vertices = mesh(outputs, draw.mesh)?.vertices.len();
-    if draw.vertex_count as usize != vertices {
-        return fault("vertex_count", format!("is {}, the mesh has {vertices}", draw.vertex_count));
+    /// Draws whose vertices follow one another share none.
+    fn glance(part: &[Self], _: u64, outputs: &Outputs) -> (bool, bool) {
+        let sound = part.iter().all(|draw| draw.verdict(outputs).is_ok() && draw.unknown().is_none());
+        let end = |draw: &Self| u64::from(draw.first_vertex) + u64::from(draw.vertex_count);
+        let follow = |pair: &[Self]| end(&pair[0]) <= u64::from(pair[1].first_vertex);
+        (sound, part.windows(2).all(follow))
     }
-    let there = outputs.draw_vertices.len();
-    range("first_vertex and vertex_count", draw.first_vertex, draw.vertex_count, there, "vertices")?;
-    look([draw.phase, draw.hue, draw.value, draw.fade])
 }
 
 /// Whether two elements share vertices.

@@ -84,3 +84,45 @@ fn what_names_meshes_is_looked_at_element_by_element() {
         "stream draw vertex, element 7: position is inf, allowed is -100000 to 100000",
     );
 }
+
+/// Six mesh draws of six vertices each, whose first vertices are these.
+fn draws(first: [u32; 6]) -> Outputs {
+    let mut outputs = good();
+    let of = outputs.mesh_draws[0];
+    outputs.mesh_draws = first.map(|first_vertex| abi::MeshDraw { first_vertex, ..of }).to_vec();
+    outputs.draw_vertices = vec![abi::DrawVertex::default(); 36];
+    outputs
+}
+
+#[test]
+fn mesh_draws_may_come_in_any_order_but_share_no_vertices() {
+    let check = |outputs: &Outputs| Checker::default().check(outputs, &alone);
+    assert_eq!(check(&draws([12, 0, 30, 6, 24, 18])), Ok(()));
+    let shares = |first: [u32; 6], i: usize, other: usize| {
+        let words = format!("element {i}: first_vertex leads into the vertices of element {other}");
+        assert_eq!(check(&draws(first)), Err(format!("stream mesh draw, {words}")), "{first:?}");
+    };
+    shares([12, 0, 30, 6, 24, 13], 0, 5);
+    shares([12, 0, 30, 6, 29, 18], 2, 4);
+    shares([12, 0, 3, 6, 24, 2], 1, 2);
+    shares([5, 18, 24, 30, 5, 11], 0, 4);
+}
+
+#[test]
+fn the_first_wrong_mesh_draw_is_named_whatever_is_wrong_with_it() {
+    let shared = [12, 0, 30, 6, 24, 6];
+    let overlap = "element 3: first_vertex leads into the vertices of element 5";
+    let said = |spoil: fn(&mut Outputs), words: &str| {
+        let mut outputs = draws(shared);
+        spoil(&mut outputs);
+        let message = Checker::default().check(&outputs, &alone).expect_err("spoilt");
+        assert_eq!(message, format!("stream mesh draw, {words}"));
+    };
+    said(|_| (), overlap);
+    said(|o| o.mesh_draws[2].fade = 2.0, "element 2: fade is 2, allowed is 0 to 1");
+    said(|o| o.mesh_draws[3].fade = 2.0, "element 3: fade is 2, allowed is 0 to 1");
+    said(|o| o.mesh_draws[3].spare[0] = 1, overlap);
+    said(|o| o.mesh_draws[2].spare[0] = 1, "element 2: spare is not zero");
+    said(|o| o.mesh_draws[4].fade = 2.0, overlap);
+    said(|o| o.mesh_draws[4].flags = 1 << 9, overlap);
+}
