@@ -18,7 +18,8 @@
  *
  * Where a function may be called
  *   [control]  one at a time, on the generation's own control thread
- *   [step]     on that same thread, during step(), one at a time per instance
+ *   [step]     during step(): one at a time per instance, on any thread of the generation. Instances may step at the same time,
+ *              those of one library, too: what they share has to allow it
  *   [job]      concurrently, from a job of parallel_for
  *   [any]      anywhere on a thread of the generation
  * No plugin code, constructors included, ever runs on the program's main thread. Plugins never start threads.
@@ -59,7 +60,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0xbc43015b0c7929c5ull
+#define REEF_HEADER_HASH 0x763cb9084ab14c85ull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)

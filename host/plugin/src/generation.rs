@@ -40,6 +40,20 @@ struct Task(*mut (dyn FnMut() + 'static));
 // SAFETY: `run` accepts tasks that may be sent, and keeps them alive until they are done.
 unsafe impl Send for Task {}
 
+impl Task {
+    /// A task without its lifetime.
+    ///
+    /// # Safety
+    /// It lives until the control thread is done with it.
+    unsafe fn of<'a>(task: &'a mut (dyn FnMut() + Send + 'a)) -> Self {
+        let task: *mut (dyn FnMut() + Send + 'a) = task;
+        // SAFETY: only the lifetime and the word that it may be sent change; the caller's promise.
+        Self(unsafe {
+            std::mem::transmute::<*mut (dyn FnMut() + Send + 'a), *mut (dyn FnMut() + 'static)>(task)
+        })
+    }
+}
+
 enum Slot {
     Empty,
     Waiting(Task),
@@ -130,18 +144,32 @@ impl Generation {
                 result.write(task());
             }
         };
-        let call: *mut (dyn FnMut() + '_) = &mut call;
-        // SAFETY: only the lifetime changes; this function does not return before the control thread is done
-        // with it.
-        let call = Task(unsafe {
-            std::mem::transmute::<*mut (dyn FnMut() + '_), *mut (dyn FnMut() + 'static)>(call)
-        });
-        if let Some(panic) = self.control.run(call) {
+        // SAFETY: this function does not return before the control thread is done with it.
+        let call = unsafe { Task::of(&mut call) };
+        self.control.hand_over(call);
+        if let Some(panic) = self.control.wait() {
             panic::resume_unwind(panic);
         }
         // SAFETY: the control thread called `call` once, to its end: else there was a panic. Its first call
         // writes the result.
         unsafe { result.assume_init() }
+    }
+
+    /// Runs `task` on the control thread, and `meanwhile` here; returns when both are done. Where `meanwhile`
+    /// does the same with other generations, their numbers have to grow: so two threads that do this never
+    /// wait for each other. A panic of either (the host's own fault) goes on here.
+    pub(crate) fn run_beside(&self, task: &mut (dyn FnMut() + Send), meanwhile: impl FnOnce()) {
+        if self.is_control() {
+            task();
+            return meanwhile();
+        }
+        // SAFETY: this function does not return before the control thread is done with it, however
+        // `meanwhile` ends.
+        self.control.hand_over(unsafe { Task::of(task) });
+        let here = panic::catch_unwind(AssertUnwindSafe(meanwhile));
+        if let Some(panic) = self.control.wait().or(here.err()) {
+            panic::resume_unwind(panic);
+        }
     }
 
     /// Runs a call into the library on the control thread, watched and guarded. A fault comes back as its
@@ -220,18 +248,23 @@ impl Control {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Hands over a task, waits until it is done, and returns what it panicked with.
-    fn run(&self, task: Task) -> Option<Box<dyn Any + Send>> {
-        let wait = |slot, until: fn(&Slot) -> bool| {
-            self.changed.wait_while(slot, |slot| !until(slot)).unwrap_or_else(PoisonError::into_inner)
-        };
-        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Empty));
+    fn wait_until(&self, until: fn(&Slot) -> bool) -> std::sync::MutexGuard<'_, Slot> {
+        self.changed.wait_while(self.lock(), |slot| !until(slot)).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands over a task, as soon as nobody else's is there. [`Control::wait`] follows.
+    fn hand_over(&self, task: Task) {
+        let mut slot = self.wait_until(|slot| matches!(slot, Slot::Empty));
         *slot = Slot::Waiting(task);
         self.asked.store(true, Ordering::Release);
         // Who wakes up finds the lock free, and need not sleep again.
         drop(slot);
         self.changed.notify_all();
-        let mut slot = wait(self.lock(), |slot| matches!(slot, Slot::Done(_)));
+    }
+
+    /// Waits until the task that was handed over is done, and returns what it panicked with.
+    fn wait(&self) -> Option<Box<dyn Any + Send>> {
+        let mut slot = self.wait_until(|slot| matches!(slot, Slot::Done(_)));
         let done = std::mem::replace(&mut *slot, Slot::Empty);
         drop(slot);
         self.changed.notify_all();
@@ -347,6 +380,42 @@ mod tests {
             }
         });
         assert!(generation.run(|| generation.run(|| generation.is_control())));
+    }
+
+    #[test]
+    fn tasks_of_several_generations_run_at_the_same_time() {
+        let [first, second] = [1, 1].map(|workers| Generation::new(workers).unwrap());
+        let (met, other) = (std::sync::Barrier::new(3), thread::current().id());
+        // Each waits for both others: in turn they would wait for ever.
+        let mut meet = [(); 2].map(|()| {
+            || {
+                assert_ne!(thread::current().id(), other);
+                met.wait();
+            }
+        });
+        let [one, two] = &mut meet;
+        first.run_beside(one, || {
+            second.run_beside(two, || {
+                met.wait();
+            });
+        });
+    }
+
+    #[test]
+    fn whoever_panics_the_other_tasks_end_first() {
+        let [first, second] = [1, 1].map(|workers| Generation::new(workers).unwrap());
+        let done = AtomicBool::new(false);
+        let mut slow = || {
+            thread::sleep(std::time::Duration::from_millis(50));
+            done.store(true, Ordering::Release);
+        };
+        let mut fail = || panic::panic_any(7_u32);
+        let caught = panic::catch_unwind(AssertUnwindSafe(|| {
+            first.run_beside(&mut slow, || second.run_beside(&mut fail, || ()));
+        }));
+        assert_eq!(caught.unwrap_err().downcast_ref(), Some(&7_u32));
+        assert!(done.load(Ordering::Acquire));
+        assert_eq!(first.run(|| second.run(|| 3)), 3);
     }
 
     #[test]

@@ -10,6 +10,8 @@
 //! states. [`registry`] knows all plugins that were found, and all that were refused; [`probe`] tries builds
 //! that nobody knows in another process first.
 //!
+//! A sea steps all of its modules `together`.
+//!
 //! Every call into a library, and every job, goes through a [`guard`].
 //!
 //! What only `reef plugin check` does to a plugin is in `bare`.
@@ -46,6 +48,7 @@ pub mod registry;
 mod scratch;
 mod services;
 mod tag;
+mod together;
 
 use reef_streams::{self as streams, meshes, retained, textures};
 
@@ -59,3 +62,4 @@ pub use instance::{Instance, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};
 pub use services::Figure;
+pub use together::{Turn, step_together};

@@ -10,13 +10,17 @@ use std::{
 use reef_abi as abi;
 use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
-use reef_plugin::{Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepStatus};
+use reef_plugin::{
+    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn,
+    step_together,
+};
 use reef_streams::{
     Outputs,
     environment::Environment,
     frame::{CameraPose, Frame},
     identity::ModuleTag,
 };
+use smallvec::SmallVec;
 use thiserror::Error;
 
 use super::{
@@ -31,6 +35,9 @@ use super::{
     waves::Waves,
 };
 use crate::scene::{Module, Scene, error::SceneError};
+
+/// So many modules step without memory being asked for.
+const FEW_MODULES: usize = 8;
 
 /// Frames that are kept for reuse.
 const SPARE_FRAMES: usize = 4;
@@ -656,7 +663,7 @@ impl World {
         self.journal.entries.push(Entry { step, input });
     }
 
-    /// Calls all modules with the same input, then makes a frame of what they said.
+    /// Calls all modules with the same input, at the same time, then makes a frame of what they said.
     fn run(&mut self, dt: f64) {
         let step = self.clock.step;
         let time = self.clock.time();
@@ -677,7 +684,8 @@ impl World {
         let heightfield = ground.heightfield();
         let flags =
             if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
-        let mut told = Vec::new();
+        let exchange = &self.exchange;
+        let mut turns: SmallVec<[Turn<'_>; FEW_MODULES]> = SmallVec::new();
         for (at, member) in self.members.iter_mut().enumerate() {
             let input = StepInput {
                 flags,
@@ -689,12 +697,19 @@ impl World {
                 camera: &camera,
                 water: &self.raw_water,
                 heightfield,
-                flow: self.exchange.flow_for(at),
+                flow: exchange.flow_for(at),
                 waves: &self.waves,
-                actors: self.exchange.actors_for(at),
+                actors: exchange.actors_for(at),
                 obstacles: &self.obstacles,
             };
-            let report = member.instance.step(&input, &member.events);
+            turns.push(Turn::new(at, &mut member.instance, input, &member.events));
+        }
+        step_together(&mut turns);
+        let reports: SmallVec<[Option<StepReport>; FEW_MODULES]> =
+            turns.into_iter().map(|turn| turn.report).collect();
+        let mut told = Vec::new();
+        for (at, (member, report)) in self.members.iter_mut().zip(reports).enumerate() {
+            let Some(report) = report else { continue };
             let standing = matches!(report.status, StepStatus::Failed | StepStatus::Standing);
             let text = || report.message.unwrap_or_else(|| "it stands still".to_owned());
             if standing && !member.standing {
