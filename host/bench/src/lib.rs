@@ -7,6 +7,7 @@ mod cells;
 pub mod churn;
 mod contract;
 mod fibre;
+mod jumps;
 pub mod measure;
 mod meshes;
 pub mod reload;
@@ -57,6 +58,11 @@ const BENCHES: &[Bench] = &[
         name: "fibre",
         about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
         run: fibre::run,
+    },
+    Bench {
+        name: "jumps",
+        about: "what remembering a minute of the default sea costs its steps, and how long jumps within it take",
+        run: jumps::run,
     },
     Bench {
         name: "meshes",

@@ -29,6 +29,24 @@ pub struct Common {
     pub patience: Option<Duration>,
 }
 
+/// Memory for a sea's past, where nothing else is asked for [MB].
+pub const REMEMBER: u64 = 256;
+
+/// What commands that go to other moments may be asked for.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct Past {
+    /// Memory for states of the past, in megabytes: jumps in time begin at the nearest. 0: at the start.
+    #[arg(long, value_name = "MB", default_value_t = REMEMBER, value_parser = clap::value_parser!(u64).range(0..=65_536))]
+    pub remember: u64,
+}
+
+impl Past {
+    /// In bytes.
+    pub fn bytes(self) -> usize {
+        usize::try_from(self.remember << 20).unwrap_or(usize::MAX)
+    }
+}
+
 /// A number of workers that a machine can have.
 fn workers(text: &str) -> Result<usize, String> {
     let most = reef_plugin::generation::MAX_WORKERS;

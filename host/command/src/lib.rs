@@ -4,4 +4,4 @@
 mod common;
 pub mod open;
 
-pub use common::Common;
+pub use common::{Common, Past, REMEMBER};

@@ -68,6 +68,25 @@ pub struct StepTimes {
     pub check: Duration,
 }
 
+/// A state without the envelope that keeps it from harm outside of the program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Payload {
+    state_version: u32,
+    bytes: Vec<u8>,
+}
+
+impl Payload {
+    /// Memory that it takes [bytes].
+    pub fn size(&self) -> usize {
+        self.bytes.capacity()
+    }
+
+    /// Its memory, for another one.
+    pub fn into_memory(self) -> Vec<u8> {
+        self.bytes
+    }
+}
+
 /// One module of a scene at work.
 #[derive(Debug)]
 pub struct Instance {
@@ -414,8 +433,15 @@ impl Instance {
 
     /// The whole state of the instance, in its envelope.
     pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
+        let Payload { state_version, bytes } = self.save_payload(Vec::new())?;
+        Ok(Envelope { plugin: &self.info().id, state_version, payload: &bytes }.seal())
+    }
+
+    /// The whole state of the instance, to be kept in this program's memory. `memory`: to write it into.
+    pub fn save_payload(&mut self, mut memory: Vec<u8>) -> Result<Payload, PluginError> {
+        memory.clear();
         let generation = generation(&self.plugin)?.number();
-        let mut sink = Sink { generation, room: LARGEST_STATE, ..Sink::default() };
+        let mut sink = Sink { generation, room: LARGEST_STATE, bytes: memory, ..Sink::default() };
         sink.tag.set();
         let sink_pointer = Pointer((&raw mut sink).cast());
         self.call("save_state", move |ctx, raw| {
@@ -435,8 +461,7 @@ impl Instance {
         if sink.overflow {
             return Err(self.state_error(format!("it is larger than {LARGEST_STATE} bytes")));
         }
-        let info = self.info();
-        Ok(Envelope { plugin: &info.id, state_version: info.state_version, payload: &sink.bytes }.seal())
+        Ok(Payload { state_version: self.info().state_version, bytes: sink.bytes })
     }
 
     /// Takes over a saved state. On an error the instance is as it was.
@@ -456,14 +481,23 @@ impl Instance {
                 readable.end()
             )));
         }
-        let mut source = Source { rest: envelope.payload, most: usize::MAX, tag: Tag::default() };
+        self.load_bytes(envelope.state_version, envelope.payload)
+    }
+
+    /// Takes over a state that an instance of the same build gave. On an error the instance is as it was.
+    pub fn load_payload(&mut self, payload: &Payload) -> Result<(), PluginError> {
+        self.load_bytes(payload.state_version, &payload.bytes)
+    }
+
+    fn load_bytes(&mut self, state_version: u32, bytes: &[u8]) -> Result<(), PluginError> {
+        let mut source = Source { rest: bytes, most: usize::MAX, tag: Tag::default() };
         source.tag.set();
         let source_pointer = Pointer((&raw mut source).cast());
         let result = self.call("load_state", move |ctx, raw| {
             let Pointer(source) = { source_pointer };
             let reader = abi::Reader {
                 size: size_of::<abi::Reader>() as u32,
-                state_version: envelope.state_version,
+                state_version,
                 ctx: source,
                 read: Some(read),
                 length: envelope.payload.len() as u64,

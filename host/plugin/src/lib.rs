@@ -58,7 +58,7 @@ pub use guard::{Limits, offer_patience, set_limits};
 pub use health::Health;
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::StepInput;
-pub use instance::{Instance, StepReport, StepStatus, StepTimes};
+pub use instance::{Instance, Payload, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};
 pub use services::Figure;

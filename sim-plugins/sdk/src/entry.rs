@@ -302,9 +302,23 @@ struct Shell<T> {
     host: Host,
     /// What `create` got: `reset` and `load_state` make the instance anew from it.
     config: Vec<u8>,
+    /// The value that the last load replaced, for the next one, and how many steps it is kept for.
+    spare: Option<(T, u32)>,
     /// The message of a panic that left the plugin's value in an unknown state.
     broken: Option<String>,
 }
+
+/// The parameters right after `create`.
+fn first_params<T: Plugin>(plugin: &T) -> Params {
+    let mut params = Params::new(T::params());
+    for param in T::params() {
+        params.set(param.id, plugin.initial_param(param));
+    }
+    params
+}
+
+/// What a load has replaced is kept for so many steps.
+const SPARE_STEPS: u32 = 600;
 
 /// A call's end: a status and, when it is a failure, its message.
 struct Failed(i32, String);
@@ -332,11 +346,8 @@ impl<T: Plugin> Shell<T> {
     fn new(host: Host, config: Vec<u8>) -> Result<Self, Failed> {
         let (scene, parsed): (SceneInfo, T::Config) = config::parse(&config)?;
         let plugin = T::create(&host, &scene, parsed)?;
-        let mut params = Params::new(T::params());
-        for param in T::params() {
-            params.set(param.id, plugin.initial_param(param));
-        }
-        Ok(Self { plugin, params_before: params.clone(), params, host, config, broken: None })
+        let params = first_params(&plugin);
+        Ok(Self { plugin, params_before: params.clone(), params, host, config, spare: None, broken: None })
     }
 
     /// # Safety
@@ -345,6 +356,7 @@ impl<T: Plugin> Shell<T> {
         if let Some(message) = &self.broken {
             return Err(Failed(abi::FATAL, format!("the instance broke earlier: {message}")));
         }
+        self.spare = self.spare.take().and_then(|(value, steps)| Some((value, steps.checked_sub(1)?)));
         let unusable = |what: &str| Failed(abi::BAD_INPUT, format!("the host's step {what} is unusable"));
         // SAFETY: the caller's promise.
         let raw = unsafe { read_sized(input) }.ok_or_else(|| unusable("input"))?;
@@ -383,8 +395,8 @@ impl<T: Plugin> Shell<T> {
         writer.finish().map_err(|message| Failed(abi::ERROR, message))
     }
 
-    /// A new instance of the same configuration, with the saved state in it.
-    fn loaded(&self, version: u32, bytes: &[u8]) -> Result<Self, Failed> {
+    /// Another instance of the same configuration, with the saved state in it.
+    fn loaded(&mut self, version: u32, bytes: &[u8]) -> Result<Self, Failed> {
         let refused = |message: String| Failed(abi::BAD_STATE, message);
         if !(T::STATE_MIN_VERSION..=T::STATE_VERSION).contains(&version) {
             return Err(refused(format!(
@@ -396,7 +408,18 @@ impl<T: Plugin> Shell<T> {
             )));
         }
         let mut reader = StateReader::parse(version, bytes).map_err(|error| refused(error.to_string()))?;
-        let mut fresh = Self::new(self.host, self.config.clone())?;
+        let mut fresh = match self.spare.take() {
+            Some((plugin, _)) => Self {
+                params: first_params(&plugin),
+                plugin,
+                params_before: self.params.clone(),
+                host: self.host,
+                config: self.config.clone(),
+                spare: None,
+                broken: None,
+            },
+            None => Self::new(self.host, self.config.clone())?,
+        };
         let mut read_params = || {
             let (ids, values) = (reader.get::<u32>(PARAM_IDS)?, reader.get::<f64>(PARAM_VALUES)?);
             for (id, value) in ids.into_iter().zip(values) {
@@ -411,7 +434,8 @@ impl<T: Plugin> Shell<T> {
     /// Replaces the instance; a panic of the old one's destructor is reported, not passed on.
     fn replace(&mut self, fresh: Self) {
         let host = self.host;
-        let old = std::mem::replace(self, fresh);
+        let mut old = std::mem::replace(self, fresh);
+        old.spare = None;
         if let Err(message) = guard::catch(move || drop(old)) {
             host.log(Level::Error, &format!("{}: while an instance was replaced: {message}", T::ID));
         }
@@ -509,11 +533,7 @@ unsafe extern "C" fn reset<T: Plugin>(ctx: *mut c_void) -> i32 {
     let shell = unsafe { shell::<T>(ctx) };
     answer_or_break(shell, |shell| {
         if shell.broken.is_none() && shell.plugin.reset() == Reset::Done {
-            let mut params = Params::new(T::params());
-            for param in T::params() {
-                params.set(param.id, shell.plugin.initial_param(param));
-            }
-            shell.params = params;
+            shell.params = first_params(&shell.plugin);
         } else {
             let fresh = Shell::new(shell.host, shell.config.clone())?;
             shell.replace(fresh);
@@ -586,7 +606,12 @@ unsafe extern "C" fn load_state<T: Plugin>(ctx: *mut c_void, reader: *const abi:
             }
         }
         let fresh = shell.loaded(reader.state_version, &bytes)?;
-        shell.replace(fresh);
+        if T::LOADS_OVER && shell.broken.is_none() {
+            let Shell { plugin, .. } = std::mem::replace(shell, fresh);
+            shell.spare = Some((plugin, SPARE_STEPS));
+        } else {
+            shell.replace(fresh);
+        }
         Ok(abi::OK)
     })
 }

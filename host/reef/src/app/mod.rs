@@ -45,6 +45,9 @@ pub struct Args {
     /// Write the input journal to this file; with --json also the hash that a replay of it must have.
     #[arg(long, value_name = "F")]
     pub journal: Option<PathBuf>,
+    /// What is remembered of the past.
+    #[command(flatten)]
+    pub past: reef_command::Past,
 }
 
 /// Largest side of a window [px]: what every Vulkan device can draw.
@@ -56,7 +59,7 @@ pub fn run(common: &reef_command::Common, args: &Args) -> Outcome {
     let scene = args.scene.as_deref().unwrap_or(Path::new(open::DEFAULT_SCENE));
     // Nobody compares a run that cannot be replayed.
     let hashed = common.json && args.journal.is_some();
-    let sea = Sea::new(common, scene, args.journal.as_deref(), hashed)?;
+    let sea = Sea::new(common, scene, args.journal.as_deref(), hashed, args.past.bytes())?;
     let event_loop = event_loop()?;
     let wishes = Wishes { frames: args.frames, size, device: common.device.clone() };
     let mut shell = Shell::new(wishes, sea);

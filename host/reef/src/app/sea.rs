@@ -35,6 +35,12 @@ pub struct Sea {
     journal: Option<PathBuf>,
     choices: Vec<(String, PathBuf)>,
     chain: Option<Chain>,
+    /// The chain after each step, for jumps; empty where nothing is hashed.
+    chains: Vec<(u64, Chain)>,
+    /// Most memory for the past [bytes].
+    history: usize,
+    /// No time passes: somebody holds the timeline.
+    held: bool,
     /// What is shown, renewed by [`Sea::advance`].
     blend: Blend,
 }
@@ -56,9 +62,16 @@ pub struct Summary {
 
 impl Sea {
     /// Finds plugins, reads the scene, makes its sea. `hashed`: every step is hashed, which costs time.
-    pub fn new(common: &Common, scene: &Path, journal: Option<&Path>, hashed: bool) -> Result<Self, Failure> {
+    /// `history`: most memory for the past [bytes].
+    pub fn new(
+        common: &Common,
+        scene: &Path,
+        journal: Option<&Path>,
+        hashed: bool,
+        history: usize,
+    ) -> Result<Self, Failure> {
         let plugins = open::plugins(common)?;
-        let (world, path) = make(common, &plugins, scene)?;
+        let (world, path) = make(common, &plugins, scene, history)?;
         let live = open::live(common, plugins, &world)?;
         let timeline = Timeline::new(world);
         let mut sea = Self {
@@ -70,6 +83,9 @@ impl Sea {
             journal: journal.map(Path::to_owned),
             choices: choices(common),
             chain: hashed.then(Chain::default),
+            chains: Vec::new(),
+            history,
+            held: false,
         };
         sea.begin_journal()?;
         Ok(sea)
@@ -77,7 +93,7 @@ impl Sea {
 
     /// Opens another scene in place of this one. A scene that is refused changes nothing.
     pub fn open(&mut self, path: &Path) -> Result<(), Failure> {
-        let (world, path) = make(&self.common, self.live.plugins(), path)?;
+        let (world, path) = make(&self.common, self.live.plugins(), path, self.history)?;
         let speed = self.timeline.speed();
         self.timeline = Timeline::new(world);
         self.timeline.set_speed(speed);
@@ -97,6 +113,7 @@ impl Sea {
         if self.chain.is_some() {
             self.chain = Some(Chain::default());
         }
+        self.chains.clear();
         self.begin_journal()
     }
 
@@ -160,7 +177,7 @@ impl Sea {
     /// One step, standing still.
     pub fn step_once(&mut self) {
         self.timeline.single_step();
-        add(&mut self.chain, &mut self.timeline.world);
+        add((&mut self.chain, &mut self.chains), &mut self.timeline.world);
         self.blend = self.timeline.blend();
     }
 
@@ -186,9 +203,31 @@ impl Sea {
 
     /// Real time passes [s].
     pub fn advance(&mut self, seconds: f64) {
-        let Self { timeline, chain, .. } = self;
-        timeline.advance_with(seconds, |world| add(chain, world));
+        let Self { timeline, chain, chains, .. } = self;
+        if !self.held || timeline.way().is_some() {
+            timeline.advance_with(seconds, |world| add((chain, chains), world));
+        }
         self.blend = self.timeline.blend();
+    }
+
+    /// Sets out for another moment. `held`: no time passes there until the next call. What keeps the sea from
+    /// it is told.
+    pub fn go_to(&mut self, step: u64, held: bool) {
+        self.held = held;
+        if let Err(error) = self.timeline.go_to(step) {
+            tracing::error!("{error}");
+        }
+        let now = self.timeline.world.clock().step;
+        self.chains.truncate(self.chains.partition_point(|(step, _)| *step <= now));
+        if self.chain.is_some() {
+            self.chain = Some(self.chains.last().map(|(_, chain)| *chain).unwrap_or_default());
+        }
+        self.blend = self.timeline.blend();
+    }
+
+    /// Stays where the way to another moment has led so far.
+    pub fn stop(&mut self) {
+        self.timeline.stop();
     }
 
     /// Changes a parameter with the next step.
@@ -235,6 +274,8 @@ impl Sea {
         model.scene.path = self.path.clone();
         model.scene.choices = self.choices.clone();
         model.timing.dt_ms = (world.clock().dt * 1000.0) as f32;
+        model.timeline.dt = world.clock().dt;
+        model.timeline.duration = world.clock().steps_to(world.scene().file.scene.duration);
         model.clock.speed = self.timeline.speed();
         model.view.debug = world.debug();
         model.view.ask(show::markers(&world.scene().file.scene));
@@ -248,6 +289,7 @@ impl Sea {
 
     /// Fills in what changes with every frame, and passes on what modules tell.
     pub fn measure(&mut self, model: &mut PanelModel) {
+        let way = self.timeline.way();
         let world = &mut self.timeline.world;
         for (module, view) in model.plugins.iter_mut().enumerate() {
             let Standing { generation, age, trouble } = self.live.standing(world, module);
@@ -264,6 +306,8 @@ impl Sea {
         }
         model.scene.step = world.clock().step;
         model.scene.time = world.clock().time();
+        model.timeline.memory = world.memory();
+        model.timeline.way = way;
         if world.step_seconds() > 0.0 && !self.timeline.paused {
             model.timing.push_step((world.step_seconds() * 1000.0) as f32);
         }
@@ -275,19 +319,26 @@ impl Sea {
 
 /// Adds a step to the chain of hashes. A module that cannot save its state has told why; then there is no
 /// hash.
-fn add(chain: &mut Option<Chain>, world: &mut World) {
-    if let Some(running) = chain
-        && let Err(error) = running.add(world)
-    {
-        tracing::error!("no hash: {error}");
-        *chain = None;
+fn add((chain, chains): (&mut Option<Chain>, &mut Vec<(u64, Chain)>), world: &mut World) {
+    let Some(running) = chain else { return };
+    match running.add(world) {
+        Ok(_) => chains.push((world.clock().step, *running)),
+        Err(error) => {
+            tracing::error!("no hash: {error}");
+            *chain = None;
+        }
     }
 }
 
-fn make(common: &Common, plugins: &Registry, scene: &Path) -> Result<(World, PathBuf), Failure> {
+fn make(
+    common: &Common,
+    plugins: &Registry,
+    scene: &Path,
+    history: usize,
+) -> Result<(World, PathBuf), Failure> {
     let scene = open::scene(common, scene, plugins)?;
     let path = scene.path.clone();
-    let options = Options { seed: common.seed, remember: Some(REMEMBER), ..Options::default() };
+    let options = Options { seed: common.seed, remember: Some(REMEMBER), history, ..Options::default() };
     Ok((World::new(scene, plugins, &options).map_err(Failure::input)?, path))
 }
 

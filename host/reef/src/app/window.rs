@@ -219,6 +219,11 @@ impl Shell {
                 self.sea.reset()?;
                 self.sea.describe(&mut self.model);
             }
+            Action::GoTo { step, held } => {
+                self.sea.go_to(step, held);
+                self.sea.describe(&mut self.model);
+            }
+            Action::Stop => self.sea.stop(),
             Action::Retry(module) => self.sea.retry(module),
             Action::OpenScene(path) => self.open_scene(&path),
             Action::Camera(mode) => {

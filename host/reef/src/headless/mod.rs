@@ -4,6 +4,7 @@ pub mod compare;
 mod container;
 pub mod doctor;
 mod film;
+mod jumps;
 pub mod moments;
 pub mod plugins;
 pub mod render;

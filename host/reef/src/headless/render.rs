@@ -60,7 +60,8 @@ fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-fn moment(text: &str) -> Result<f64, String> {
+/// Parses a second of the sea.
+pub fn moment(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(time) if (0.0..=86_400.0).contains(&time) => Ok(time),
         _ => Err("0 to 86400 seconds".to_owned()),
@@ -111,6 +112,9 @@ fn frames(
     let mut studio = Studio::new(gpu, size)?;
     let settings =
         Settings { detail: Settings::of(args.quality).detail, quality: args.quality, ..show.settings() };
+    let bar = say::progress(show.steps_to(args.from), "steps", !common.json);
+    show.go_to_with(args.from, || bar.inc(1));
+    bar.finish_and_clear();
     let bar = say::progress(args.frames, "frames", !common.json);
     let began = Instant::now();
     for n in 0..args.frames {

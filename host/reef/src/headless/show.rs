@@ -31,8 +31,18 @@ impl Show {
         }
     }
 
+    /// Steps to a moment [s] that is still to come.
+    pub fn steps_to(&mut self, time: f64) -> u64 {
+        self.world.clock().steps_to(time).saturating_sub(self.current.step)
+    }
+
     /// Steps the world until the moment [s] lies between its last two steps. Time does not run backward.
     pub fn go_to(&mut self, time: f64) {
+        self.go_to_with(time, || {});
+    }
+
+    /// The same, with a call after each step.
+    pub fn go_to_with(&mut self, time: f64, mut made: impl FnMut()) {
         let dt = self.world.clock().dt;
         let mut at = (time / dt).max(0.0);
         // Frames at the rate of the steps fall on them, whatever the rounding of their division.
@@ -42,6 +52,7 @@ impl Show {
         while (self.current.step as f64) < at {
             self.world.step();
             self.previous = std::mem::replace(&mut self.current, self.world.frame().clone());
+            made();
         }
         let since = at - (self.current.step as f64 - 1.0);
         self.alpha = if self.current.step == 0 { 1.0 } else { since.clamp(0.0, 1.0) as f32 };

@@ -7,7 +7,7 @@ use std::{
     time::Instant,
 };
 
-use reef_command::{Common, open};
+use reef_command::{Common, Past, open};
 use reef_files as files;
 use reef_files::Writing;
 use reef_plugin::Library;
@@ -26,14 +26,22 @@ use reef_sea::{
 };
 use serde_json::json;
 
+use super::jumps;
+
 /// Options of `reef sim`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     /// Scene to step: a file, or the name of one in assets/scenes.
     pub scene: PathBuf,
     /// How many steps; with --watch without an end where it is not given.
-    #[arg(long, value_name = "N", required_unless_present = "watch")]
+    #[arg(long, value_name = "N", required_unless_present_any = ["watch", "at"])]
     pub steps: Option<u64>,
+    /// Go to this second of the sea and print the hash of that moment; may be repeated, forward and back.
+    #[arg(long, value_name = "T", value_parser = super::render::moment, conflicts_with_all = ["steps", "watch", "hash", "record", "reload_at"])]
+    pub at: Vec<f64>,
+    /// What is remembered on the way.
+    #[command(flatten)]
+    pub past: Past,
     /// In real time, taking up newer builds of plugins, and edits of the scene and its species, as they are
     /// saved.
     #[arg(long, conflicts_with_all = ["hash", "record", "load_state", "save_state", "replay", "reload_at"])]
@@ -82,6 +90,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let options = Options {
         trace: args.record.is_some(),
         remember: args.reload_at.map(|_| REMEMBER),
+        history: if args.at.is_empty() { 0 } else { args.past.bytes() },
         ..Options::default()
     };
     let mut world = open::world(common, &args.scene, options)?;
@@ -127,6 +136,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let began = Instant::now();
     let mut simulated = 0.0;
     let mut broken = None;
+    let moments = jumps::visit(&mut world, &args.at, plain)?;
     for _ in 0..steps {
         if args.reload_at == Some(world.clock().step + 1) {
             reload(&mut world, open::workers(common))?;
@@ -190,9 +200,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             "step_seconds": simulated,
             "hash": args.hash.then(|| hex(&chain.digest)),
             "hashes": hashes,
+            "moments": moments,
             "messages": messages,
         }));
     } else {
+        jumps::tell(&world, &moments);
         let per_step = if steps > 0 { simulated / steps as f64 * 1e3 } else { 0.0 };
         say(format_args!(
             "{}: {} steps to {:.3} s of the sea, {per_step:.3} ms a step",

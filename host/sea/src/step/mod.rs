@@ -1,7 +1,7 @@
 //! [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`] (keyframed flow), under
 //! [`waves`], over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
-//! in the step before (`exchange`); a [`timeline`] keeps the last two steps, and `recent`
-//! those that another instance would have to make up for. [`state`] saves and loads all of
+//! in the step before (`exchange`); a [`timeline`] keeps the last two steps, `recent`
+//! those that another instance would have to make up for, and [`history`] states to which the sea can go back. [`state`] saves and loads all of
 //! it; [`record`] and [`hash`] write down what happened.
 
 pub mod camera;
@@ -9,6 +9,7 @@ pub mod clock;
 pub(crate) mod exchange;
 pub(crate) mod ground;
 pub mod hash;
+pub mod history;
 pub mod journal;
 pub mod random;
 pub(crate) mod recent;

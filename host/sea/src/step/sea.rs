@@ -28,6 +28,7 @@ use super::{
     clock::Clock,
     exchange::Exchange,
     ground::Ground,
+    history::History,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     recent::{Fixed, Recent},
     setting,
@@ -58,6 +59,9 @@ pub struct Options {
     /// Save each module's state every so many steps, and remember the steps since, so that other instances
     /// can take their places while the sea runs. None: nothing is remembered, and nobody takes over.
     pub remember: Option<u64>,
+    /// Most memory for states of the whole sea in its past, from which it can be brought to any moment again
+    /// ([`World::go_to`]) [bytes]. 0: every such way begins at the start.
+    pub history: usize,
 }
 
 /// Why there is no world.
@@ -209,8 +213,10 @@ pub struct World {
     pub(crate) exchange: Exchange,
     pub(crate) pokes: Vec<ActivePoke>,
     pub(crate) hand_camera: Option<CameraInput>,
-    pending: Vec<Input>,
-    replay: VecDeque<Entry>,
+    pub(crate) pending: Vec<Input>,
+    pub(crate) replay: VecDeque<Entry>,
+    /// What is replayed is this run's own: whatever else comes takes its place.
+    pub(crate) relived: bool,
     pub(crate) journal: Journal,
     journal_path: Option<PathBuf>,
     trains: Waves,
@@ -221,8 +227,10 @@ pub struct World {
     spare: Vec<Arc<Frame>>,
     messages: VecDeque<Message>,
     step_seconds: f64,
+    remember_seconds: f64,
     pub(crate) recent: Option<Recent>,
-    faults: Vec<Fault>,
+    pub(crate) history: History,
+    pub(crate) faults: Vec<Fault>,
     /// Counts the scenes that were taken up.
     pub(crate) serial: u64,
 }
@@ -289,6 +297,7 @@ impl World {
             hand_camera: None,
             pending: Vec::new(),
             replay: VecDeque::new(),
+            relived: false,
             journal: Journal::new(&scene.name, seed, clock.dt, 0),
             journal_path: None,
             trains,
@@ -298,7 +307,9 @@ impl World {
             spare: Vec::new(),
             messages: VecDeque::new(),
             step_seconds: 0.0,
+            remember_seconds: 0.0,
             recent,
+            history: History::new(options.history),
             faults: Vec::new(),
             serial: 0,
             scene: Arc::new(scene),
@@ -346,6 +357,11 @@ impl World {
     /// Real time that the last step took [s].
     pub fn step_seconds(&self) -> f64 {
         self.step_seconds
+    }
+
+    /// What of it went into the memory of the past [s].
+    pub fn remember_seconds(&self) -> f64 {
+        self.remember_seconds
     }
 
     /// Name and plugin of each module.
@@ -482,6 +498,8 @@ impl World {
         }
         let now = self.clock.step;
         self.replay = journal.entries.into_iter().filter(|entry| entry.step > now).collect();
+        self.relived = false;
+        self.history.forget_from(now + 1);
         Ok(())
     }
 
@@ -492,6 +510,9 @@ impl World {
         self.take_inputs();
         self.run(self.clock.dt);
         self.save_one();
+        let stepped = Instant::now();
+        self.remember();
+        self.remember_seconds = stepped.elapsed().as_secs_f64();
         self.step_seconds = began.elapsed().as_secs_f64();
         self.journal.end = self.clock.step;
         if self.clock.step.is_multiple_of(JOURNAL_STEPS)
@@ -504,12 +525,19 @@ impl World {
 
     /// Back to the start, as if the scene had just been loaded. The journal begins anew.
     pub fn reset(&mut self) {
+        self.pending.clear();
+        self.replay.clear();
+        self.history.forget_from(0);
+        self.history.root();
+        self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, 0);
+        self.begin_again();
+    }
+
+    /// Back to the start; what came from outside, and what is remembered, stays.
+    pub(crate) fn begin_again(&mut self) {
         self.clock.step = 0;
         self.pokes.clear();
         self.hand_camera = None;
-        self.pending.clear();
-        self.replay.clear();
-        self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, 0);
         self.exchange.clear();
         for at in 0..self.members.len() {
             self.members[at].begin_anew();
@@ -540,13 +568,27 @@ impl World {
                 member.params = params;
             }
         }
+        self.emit_present();
+        for _ in 0..self.members.len() {
+            self.save_one();
+        }
+    }
+
+    /// A loaded state is emitted as it is. Whoever would take over from a module begins anew, from its next saved
+    /// state.
+    pub(crate) fn show_present(&mut self) {
+        for member in &mut self.members {
+            member.events.clear();
+            member.missed.clear();
+        }
+        self.emit_present();
+    }
+
+    fn emit_present(&mut self) {
         if let Some(recent) = &mut self.recent {
             recent.forget();
         }
         self.run(0.0);
-        for _ in 0..self.members.len() {
-            self.save_one();
-        }
     }
 
     /// The still part of an edited scene, and what was said in it.
@@ -569,6 +611,7 @@ impl World {
         self.replay.clear();
         self.pending.clear();
         self.faults.clear();
+        self.history.graft();
         if let Some(recent) = &mut self.recent {
             recent.forget();
             let ground = self.ground.clone();
@@ -610,8 +653,10 @@ impl World {
         }
     }
 
-    /// Makes a new frame of the present step: instances took others' places.
+    /// Makes a new frame of the present step: instances took others' places. States of others are no past of
+    /// theirs.
     pub(crate) fn show_again(&mut self) {
+        self.history.graft();
         let Frame { step, time, camera, ref flow, .. } = *self.frame;
         let (outputs, tags) = (Vec::new(), self.exchange.tags().clone());
         let frame = Frame { step, time, camera, outputs, tags, flow: flow.clone() };
@@ -626,6 +671,9 @@ impl World {
         let step = self.clock.step;
         let dt = self.clock.dt;
         self.pokes.retain(|active| step.saturating_sub(active.step) as f64 * dt < POKE_TIME);
+        if !self.pending.is_empty() {
+            self.turn(self.clock.step);
+        }
         while self.replay.front().is_some_and(|entry| entry.step <= step) {
             if let Some(entry) = self.replay.pop_front() {
                 self.take(entry.input);

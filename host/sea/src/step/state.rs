@@ -196,6 +196,7 @@ impl World {
         self.pokes = header.pokes;
         self.hand_camera = header.camera;
         self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, header.step);
+        self.history.graft();
         self.exchange.said.clone_from(&said);
         self.look();
         // What was said in the saved step counts, not what looking at the state says.

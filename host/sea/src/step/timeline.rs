@@ -1,7 +1,12 @@
-//! Real time against the sea's: how many steps a picture needs, and between which two steps it lies.
+//! Real time against the sea's: how many steps a picture needs, and between which two steps it lies; and the way
+//! to another moment, over as many pictures as it takes.
 
-use std::sync::Arc;
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
+use reef_plugin::PluginError;
 use reef_streams::frame::Frame;
 
 use super::sea::World;
@@ -10,6 +15,17 @@ use super::sea::World;
 pub const MOST_STEPS: u32 = 8;
 /// Slowest and fastest speed.
 pub const SPEEDS: (f64, f64) = (0.05, 8.0);
+/// Longest that a picture waits for steps on the way to another moment.
+const WAY: Duration = Duration::from_millis(30);
+
+/// A way to another moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way {
+    /// The step at which it began.
+    pub from: u64,
+    /// The step that is to be reached.
+    pub to: u64,
+}
 
 /// A world and the two newest of its frames.
 #[derive(Debug)]
@@ -25,6 +41,7 @@ pub struct Timeline {
     surplus: f64,
     /// Share of the wanted speed that was reached, while it is not all.
     behind: Option<f64>,
+    way: Option<Way>,
 }
 
 /// What one picture shows.
@@ -50,7 +67,34 @@ impl Timeline {
             current: frame,
             surplus: 0.0,
             behind: None,
+            way: None,
         }
+    }
+
+    /// Sets out for another moment, which the next pictures reach ([`Timeline::advance`]); the sea goes on from
+    /// there.
+    ///
+    /// # Errors
+    /// See [`World::go_to`].
+    pub fn go_to(&mut self, step: u64) -> Result<(), PluginError> {
+        if self.way.is_some_and(|way| way.to == step) {
+            return Ok(());
+        }
+        let gone = self.world.go_to(step);
+        let from = self.world.clock().step;
+        self.jump();
+        self.way = (gone.is_ok() && from < step).then_some(Way { from, to: step });
+        gone
+    }
+
+    /// The way that is not at its end yet.
+    pub fn way(&self) -> Option<Way> {
+        self.way
+    }
+
+    /// Stays where the way has led so far.
+    pub fn stop(&mut self) {
+        self.way = None;
     }
 
     /// Times real time.
@@ -77,6 +121,10 @@ impl Timeline {
 
     /// Like [`Timeline::advance`], looking at the world after each step.
     pub fn advance_with(&mut self, seconds: f64, mut look: impl FnMut(&mut World)) -> u32 {
+        if let Some(way) = self.way {
+            self.behind = None;
+            return self.walk(way, look);
+        }
         if self.paused {
             self.behind = None;
             return 0;
@@ -102,6 +150,19 @@ impl Timeline {
         steps
     }
 
+    /// Steps toward another moment for as long as a picture may wait.
+    fn walk(&mut self, way: Way, mut look: impl FnMut(&mut World)) -> u32 {
+        let (began, mut steps) = (Instant::now(), 0);
+        while self.world.clock().step < way.to && (steps == 0 || began.elapsed() < WAY) {
+            self.world.step();
+            look(&mut self.world);
+            steps += 1;
+        }
+        self.jump();
+        self.way = (self.world.clock().step < way.to).then_some(way);
+        steps
+    }
+
     /// One step, paused or not.
     pub fn step(&mut self) {
         self.world.step();
@@ -123,6 +184,7 @@ impl Timeline {
 
     /// The world was changed from outside (a loaded state): forget what was before.
     pub fn jump(&mut self) {
+        self.way = None;
         self.current = self.world.frame().clone();
         self.previous = self.current.clone();
         self.surplus = 0.0;

@@ -137,6 +137,7 @@ impl Plugin for Anemones {
         "Sea anemones and seagrasses as fibres in a flow of singularities (Aliaga and Larboulette 2009).";
     const STATE_VERSION: u32 = 2;
     const STATE_MIN_VERSION: u32 = 2;
+    const LOADS_OVER: bool = true;
     type Config = Config;
 
     fn traces() -> &'static [&'static str] {
@@ -211,6 +212,7 @@ impl Plugin for Anemones {
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
         let fibres = state.get::<f32>(FIBRES)?;
+        self.dressed = false;
         self.bed.load(&fibres).map_err(|problem| StateError::Refused(format!("field `{FIBRES}` {problem}")))
     }
 }

@@ -169,6 +169,7 @@ impl Plugin for Fish {
     const DESCRIPTION: &'static str = "Fish of springs and muscles that swim, shoal, hunt and hide (Gritt 2010 after Tu and Terzopoulos 1994).";
     const STATE_VERSION: u32 = 1;
     const STATE_MIN_VERSION: u32 = 1;
+    const LOADS_OVER: bool = true;
     type Config = Config;
 
     fn traces() -> &'static [&'static str] {
@@ -263,6 +264,7 @@ impl Plugin for Fish {
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
         let problem = |problem: String| StateError::Refused(format!("the saved state {problem}"));
+        self.dressed = false;
         self.shoal.load(&State::read(state)?).map_err(problem)
     }
 }

@@ -192,6 +192,7 @@ impl Plugin for Particles {
         "Suspended particles on currents and wave orbits, with levels of detail (Coulais et al. 2005).";
     const STATE_VERSION: u32 = 2;
     const STATE_MIN_VERSION: u32 = 1;
+    const LOADS_OVER: bool = true;
     type Config = Config;
 
     fn traces() -> &'static [&'static str] {

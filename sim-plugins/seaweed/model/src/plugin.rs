@@ -233,6 +233,7 @@ impl Plugin for Seaweeds {
         "Seaweeds as branching skeletons that feel waves and currents (Coulais et al. 2005, section 4).";
     const STATE_VERSION: u32 = 1;
     const STATE_MIN_VERSION: u32 = 1;
+    const LOADS_OVER: bool = true;
     type Config = Config;
 
     fn traces() -> &'static [&'static str] {
@@ -338,6 +339,7 @@ impl Plugin for Seaweeds {
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
+        (self.dressed, self.stand) = (false, None);
         if state.get::<u32>(PLANTED)?.first().is_none_or(|planted| *planted == 0) {
             return Ok(());
         }

@@ -5,6 +5,7 @@ pub mod hint;
 pub mod model;
 mod params;
 mod style;
+mod timeline;
 mod timing;
 
 use egui::{Align, Align2, Button, ComboBox, Layout, RichText, ScrollArea, Slider, Ui};
@@ -44,6 +45,7 @@ pub fn show(ctx: &egui::Context, model: &mut PanelModel, actions: &mut Vec<Actio
                 ui.set_max_height(screen.height() - 2.0 * MARGIN - 20.0);
                 scene(ui, model, actions);
                 clock(ui, model, actions);
+                timeline::show(ui, &mut model.timeline, model.scene.step, actions);
                 ui.separator();
                 let room = screen.bottom() - MARGIN - 10.0 - ui.cursor().top();
                 ScrollArea::vertical().max_height(room.max(40.0)).auto_shrink([false, true]).show(ui, |ui| {

@@ -4,6 +4,7 @@
 use std::{collections::VecDeque, path::PathBuf};
 
 use reef_render::markers::Markers;
+use reef_sea::step::{history::Memory, timeline::Way};
 
 use crate::app::camera::Mode;
 
@@ -19,6 +20,8 @@ pub struct PanelModel {
     pub scene: SceneView,
     /// Speed and pause.
     pub clock: ClockView,
+    /// Which moments there are, and the way to one.
+    pub timeline: TimelineView,
     /// Where the time goes.
     pub timing: Timing,
     /// One entry an instance, in the scene's order.
@@ -44,6 +47,21 @@ pub struct SceneView {
     pub time: f64,
     /// Scenes that can be opened: name and file.
     pub choices: Vec<(String, PathBuf)>,
+}
+
+/// The moments of the sea.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TimelineView {
+    /// Length of a step [s].
+    pub dt: f64,
+    /// Steps that the scene is made for.
+    pub duration: u64,
+    /// What is remembered.
+    pub memory: Memory,
+    /// The way to another moment, while it lasts.
+    pub way: Option<Way>,
+    /// Where the timeline is held.
+    pub held: Option<u64>,
 }
 
 /// The clock.
@@ -281,6 +299,15 @@ pub enum Action {
     Speed(f64),
     /// Back to the first step.
     Reset,
+    /// Another moment.
+    GoTo {
+        /// Its step.
+        step: u64,
+        /// No time passes there yet: the timeline is still held.
+        held: bool,
+    },
+    /// Stay where the way to another moment has led so far.
+    Stop,
     /// Another scene.
     OpenScene(PathBuf),
     /// A parameter of an instance.

@@ -1,0 +1,334 @@
+//! States of the whole sea in its past, from which it is brought to any moment by loading one and making the
+//! steps that follow it. They are kept in this program's memory without envelopes or hashes; near ones are
+//! dense, those further back thinner, the further the thinner.
+
+use reef_plugin::{Health, Payload, PluginError};
+
+use super::{
+    exchange::{Listed, Said},
+    journal::{CameraInput, Entry},
+    sea::World,
+    water::ActivePoke,
+};
+
+/// Steps between two states, where memory allows.
+pub const EVERY: u64 = 16;
+/// Steps for which states are dense: a minute at the usual step.
+const DENSE: u64 = 3600;
+/// How much farther states just beyond that may be from each other.
+const THINNER: u64 = 16;
+
+/// The sea after a step.
+#[derive(Debug)]
+struct Past {
+    step: u64,
+    pokes: Vec<ActivePoke>,
+    camera: Option<CameraInput>,
+    /// What the modules said in it.
+    said: Vec<Said>,
+    states: Vec<Payload>,
+    /// All of it [bytes].
+    size: usize,
+}
+
+/// What is remembered, for people.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// States.
+    pub states: usize,
+    /// The first step that need not be reached from the start.
+    pub from: Option<u64>,
+    /// The last step that was reached, and can be again without anything new.
+    pub to: u64,
+    /// What the states take [bytes].
+    pub used: usize,
+    /// What they may take at most [bytes].
+    pub most: usize,
+}
+
+/// The states, in the order of their steps.
+#[derive(Debug, Default)]
+pub(crate) struct History {
+    most: usize,
+    past: Vec<Past>,
+    used: usize,
+    /// Memory of states that were forgotten.
+    spare: Vec<Vec<u8>>,
+    /// The last step that was reached since the past was another one.
+    reached: u64,
+    /// What is kept does not follow from the start: the sea was loaded, or edited, or its modules are of newer
+    /// builds.
+    grafted: bool,
+}
+
+impl History {
+    pub(crate) fn new(most: usize) -> Self {
+        Self { most, ..Self::default() }
+    }
+
+    /// The last state before a step.
+    fn before(&self, step: u64) -> Option<&Past> {
+        self.past[..self.past.partition_point(|past| past.step < step)].last()
+    }
+
+    /// Forgets what was at this step and after it.
+    pub(crate) fn forget_from(&mut self, step: u64) {
+        let kept = self.past.partition_point(|past| past.step < step);
+        self.past.truncate(kept);
+        self.used = self.past.iter().map(|past| past.size).sum();
+        self.reached = self.reached.min(step.saturating_sub(1));
+    }
+
+    /// Whatever comes does not follow from the start.
+    pub(crate) fn graft(&mut self) {
+        self.forget_from(0);
+        self.grafted = true;
+    }
+
+    /// The sea is at its start.
+    pub(crate) fn root(&mut self) {
+        if std::mem::take(&mut self.grafted) {
+            self.forget_from(0);
+        }
+    }
+
+    /// Whether the state after this step is wanted.
+    fn wants(&self, step: u64) -> bool {
+        let next = self.past.partition_point(|past| past.step < step);
+        self.most > 0
+            && self.past.get(next).is_none_or(|next| next.step - step >= EVERY)
+            && next.checked_sub(1).is_none_or(|last| step - self.past[last].step >= EVERY)
+    }
+
+    fn add(&mut self, past: Past) {
+        self.used += past.size;
+        self.past.insert(self.past.partition_point(|other| other.step < past.step), past);
+        while self.used > self.most
+            && let Some(at) = self.dispensable()
+        {
+            let Past { states, size, .. } = self.past.remove(at);
+            self.used -= size;
+            self.spare = states.into_iter().map(Payload::into_memory).collect();
+        }
+    }
+
+    /// The state that is missed least: the gap that it leaves is the least of those that its age allows.
+    fn dispensable(&self) -> Option<usize> {
+        let newest = self.past.last()?.step;
+        let gap = |at: usize| {
+            let before = at.checked_sub(1).map_or(0, |before| self.past[before].step);
+            let after = self.past.get(at + 1).map_or(newest, |after| after.step);
+            let age = newest - self.past[at].step;
+            // In units of the gap that is allowed at this age, as a fraction of whole numbers.
+            let allowed = if age <= DENSE { 1.0 } else { (THINNER * age) as f64 / DENSE as f64 };
+            (after - before) as f64 / allowed
+        };
+        // The newest is the way back from a jump.
+        let all = 0..self.past.len().saturating_sub(1).max(1);
+        all.min_by(|a, b| gap(*a).total_cmp(&gap(*b)))
+    }
+}
+
+impl World {
+    /// What is remembered.
+    pub fn memory(&self) -> Memory {
+        let History { most, past, used, reached, .. } = &self.history;
+        let from = past.first().map(|past| past.step + 1);
+        Memory { states: past.len(), from, to: *reached.max(&self.clock.step), used: *used, most: *most }
+    }
+
+    /// Brings the sea to the last state before `step` that is remembered, or to its start, or leaves it where it
+    /// is when that is nearer: the steps to `step` itself are then made as ever. Nothing is lost: what came from
+    /// outside comes again, each in its step, until something else comes.
+    ///
+    /// # Errors
+    /// A module that stands still; then nothing has changed. Or one that does not take its state back; then the
+    /// sea is at its start.
+    pub fn go_to(&mut self, step: u64) -> Result<(), PluginError> {
+        let now = self.clock.step;
+        let nearest = self.history.before(step).map_or(0, |past| past.step);
+        if now == step || now < step && nearest <= now {
+            return Ok(());
+        }
+        if let Some(member) = self.members.iter().find(|m| *m.instance.health() != Health::Running) {
+            let message = "it stands still, so the sea cannot go to another time".to_owned();
+            return Err(PluginError::State { plugin: member.name.clone(), message });
+        }
+        self.settle_pending();
+        let taken = self.take_back(step);
+        if !matches!(taken, Ok(true)) {
+            self.history.root();
+            self.begin_again();
+        }
+        let from = self.clock.step;
+        let entries = &mut self.journal.entries;
+        let later = entries.split_off(entries.partition_point(|entry| entry.step <= from));
+        later.into_iter().rev().for_each(|entry| self.replay.push_front(entry));
+        self.relived = true;
+        self.journal.header.from_step = self.journal.header.from_step.min(from);
+        self.journal.end = from;
+        self.faults.clear();
+        taken.map(|_| ())
+    }
+
+    /// What waits for the next step belongs to the present, and ends the future that is known.
+    fn settle_pending(&mut self) {
+        if self.pending.is_empty() {
+            return;
+        }
+        let step = self.clock.step + 1;
+        self.turn(step);
+        let waiting = std::mem::take(&mut self.pending).into_iter();
+        self.replay.extend(waiting.map(|input| Entry { step, input }));
+    }
+
+    /// Loads the last state before a step; false: there is none.
+    fn take_back(&mut self, step: u64) -> Result<bool, PluginError> {
+        let Some(past) = self.history.before(step) else { return Ok(false) };
+        for (member, state) in self.members.iter_mut().zip(&past.states) {
+            member.begin_anew();
+            member.instance.load_payload(state)?;
+        }
+        self.clock.step = past.step;
+        self.pokes.clone_from(&past.pokes);
+        self.hand_camera = past.camera;
+        let said = past.said.clone();
+        self.exchange.said.clone_from(&said);
+        self.show_present();
+        // What was said in that step counts, not what looking at the state says.
+        self.exchange.said = said;
+        Ok(true)
+    }
+
+    /// Something new comes with this step: what came in it and later, in this run's own future, is no more.
+    pub(crate) fn turn(&mut self, step: u64) {
+        if std::mem::take(&mut self.relived) {
+            self.replay.clear();
+        }
+        self.history.forget_from(step);
+    }
+
+    /// Keeps the present state, if it is wanted.
+    pub(crate) fn remember(&mut self) {
+        let step = self.clock.step;
+        self.history.reached = self.history.reached.max(step);
+        let running = |member: &super::sea::Member| {
+            !member.unsavable && !member.standing && *member.instance.health() == Health::Running
+        };
+        if !self.history.wants(step) || !self.members.iter().all(running) {
+            return;
+        }
+        let mut spare = std::mem::take(&mut self.history.spare).into_iter();
+        let mut states = Vec::with_capacity(self.members.len());
+        for member in &mut self.members {
+            match member.instance.save_payload(spare.next().unwrap_or_default()) {
+                Ok(state) => states.push(state),
+                // Whoever saves the module for others to take over tells why; it is not asked again.
+                Err(error) => {
+                    let name = member.name.clone();
+                    member.unsavable = true;
+                    return self.tell(&name, format!("it does not give its state: {error}"));
+                }
+            }
+        }
+        let said: Vec<Said> = self.exchange.said.iter().map(kept).collect();
+        let heard = said.iter().map(|said| {
+            size_of_val(&*said.flows)
+                + size_of_val(&*said.actors)
+                + said.objects.len() * size_of::<(u64, [f64; 3])>()
+        });
+        let size = heard.sum::<usize>()
+            + states.iter().map(Payload::size).sum::<usize>()
+            + size_of_val(&*self.pokes)
+            + size_of::<Past>();
+        let (pokes, camera) = (self.pokes.clone(), self.hand_camera);
+        self.history.add(Past { step, pokes, camera, said, states, size });
+    }
+}
+
+/// What a module said, without a hold on the memory of its outputs.
+fn kept(said: &Said) -> Said {
+    let objects = Listed::Loaded(said.objects.iter().collect());
+    Said { flows: said.flows.clone(), actors: said.actors.clone(), objects }
+}
+
+#[cfg(test)]
+mod tests {
+    use reef_abi as abi;
+
+    use super::*;
+
+    fn history(most: usize) -> History {
+        History::new(most)
+    }
+
+    fn walk(history: &mut History, steps: std::ops::RangeInclusive<u64>) {
+        for step in steps {
+            history.reached = history.reached.max(step);
+            if history.wants(step) {
+                let (pokes, camera, said, states) = (Vec::new(), None, Vec::new(), Vec::new());
+                history.add(Past { step, pokes, camera, said, states, size: 1000 });
+            }
+        }
+    }
+
+    #[test]
+    fn states_stay_within_their_memory_dense_in_the_last_minute_thinner_before() {
+        let mut history = history(120_000);
+        for end in [3600, 36_000, 216_000] {
+            let next = history.reached + 1;
+            walk(&mut history, next..=end);
+            assert!(history.used <= 120_000 && history.used == 1000 * history.past.len());
+            let farthest = |from: u64, to: u64| {
+                let steps = history.past.iter().map(|past| past.step).filter(|s| (from..=to).contains(s));
+                let steps: Vec<u64> = steps.collect();
+                steps.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(u64::MAX)
+            };
+            let near = farthest(end.saturating_sub(3600), end);
+            assert!(near <= 4 * EVERY, "{end}: {near}");
+            // Ten minutes back a gap is a small share of the age.
+            let far = farthest(0, end.saturating_sub(3600));
+            assert!(end == 3600 || far < end / 8, "{end}: {far}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_reached_from_the_last_state_before_it() {
+        let mut history = history(usize::MAX);
+        walk(&mut history, 1..=100);
+        let from = |step: u64| history.before(step).map(|past| past.step);
+        assert_eq!([1, 2, 17, 18, 100].map(from), [None, Some(1), Some(1), Some(17), Some(97)]);
+    }
+
+    #[test]
+    fn a_state_is_kept_once_and_what_comes_after_a_turn_is_forgotten() {
+        let mut history = history(usize::MAX);
+        walk(&mut history, 1..=100);
+        let count = history.past.len();
+        walk(&mut history, 20..=100);
+        assert_eq!(history.past.len(), count);
+        history.forget_from(49);
+        assert_eq!((history.past.last().map(|past| past.step), history.reached), (Some(33), 48));
+        assert_eq!(history.used, 1000 * history.past.len());
+    }
+
+    #[test]
+    fn without_memory_nothing_is_kept() {
+        let mut history = history(0);
+        walk(&mut history, 1..=100);
+        assert!(history.past.is_empty());
+    }
+
+    #[test]
+    fn what_was_said_is_kept_without_its_outputs() {
+        let outputs = std::sync::Arc::new(reef_streams::Outputs {
+            objects: vec![abi::Object { id: 7, origin: [1.0, 2.0, 3.0], ..Default::default() }],
+            ..Default::default()
+        });
+        let said = Said { objects: Listed::Emitted(outputs.clone()), ..Said::default() };
+        let kept = kept(&said);
+        drop(said);
+        assert_eq!(std::sync::Arc::strong_count(&outputs), 1);
+        assert_eq!(kept.objects.iter().collect::<Vec<_>>(), [(7, [1.0, 2.0, 3.0])]);
+    }
+}
