@@ -7,6 +7,8 @@ mod cells;
 pub mod churn;
 mod contract;
 mod fibre;
+mod fig5;
+mod jellyfish;
 mod jumps;
 pub mod measure;
 mod meshes;
@@ -58,6 +60,16 @@ const BENCHES: &[Bench] = &[
         name: "fibre",
         about: "node-steps of the anemones through a scene, beside a bare kernel's ceiling",
         run: fibre::run,
+    },
+    Bench {
+        name: "fig5",
+        about: "how far the paper's jellyfish gets in 20 s, by how often it contracts",
+        run: fig5::run,
+    },
+    Bench {
+        name: "jellyfish",
+        about: "an animal and its water by part, 64 of them, their surfaces, memory and jets",
+        run: jellyfish::run,
     },
     Bench {
         name: "jumps",

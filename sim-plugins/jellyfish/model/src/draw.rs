@@ -11,7 +11,7 @@ use reef_sdk::{
 use crate::{
     bloom::{Bloom, PartMesh, Seen},
     paint::{DENSEST, Paint},
-    species::{Look, Species},
+    species::Look,
 };
 
 /// Materials of a species: of arms, bell and tentacles.
@@ -46,16 +46,15 @@ pub(crate) struct Wear {
 }
 
 impl Wear {
-    /// Uploads the meshes of a species of which `animal` is one.
+    /// Uploads the meshes of a species of which `animal` is one. `material`: its first.
     pub(crate) fn new(
         host: &Host,
-        (name, species): &(String, Species),
-        bloom: &Bloom,
-        animal: usize,
+        name: &str,
+        paint: &Paint,
+        (bloom, animal): (&Bloom, usize),
         material: usize,
         kept: &mut Vec<Mesh>,
     ) -> Result<Self, MeshError> {
-        let paint = Paint::new(&species.look);
         let mut meshes = [[None; 2]; 2];
         for (far, own) in meshes.iter_mut().enumerate() {
             for (part, (mut mesh, id)) in
@@ -65,7 +64,7 @@ impl Wear {
                     continue;
                 }
                 for vertex in &mut mesh.vertices {
-                    tint(vertex, part, &paint);
+                    tint(vertex, part, paint);
                 }
                 let uploaded = upload(host, &format!("{name} {part} {far}"), &mesh)?;
                 *id = Some(uploaded.id());

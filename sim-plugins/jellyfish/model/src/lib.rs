@@ -8,8 +8,8 @@
 //! - [`water`]: the grid; [`bare`]: the least that its parts can cost.
 //! - [`slice`]: springs, muscles, strands, and how they and the water move each other.
 //! - [`surface`]: bell, tentacles and arms as vertices; [`trail`]: what is too long for the slice.
-//! - [`species`]: from a table of parameters to an animal; [`bloom`]: animals in the sea; [`paint`]: what is
-//!   on a bell.
+//! - [`species`]: from a table of parameters to an animal; [`bloom`]: animals in the sea; [`paint`], [`breed`]:
+//!   what is on a bell.
 //! - [`config`], [`sow`]: where which animals are; [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the paper
@@ -31,6 +31,7 @@
 
 pub mod bare;
 pub mod bloom;
+pub mod breed;
 pub mod config;
 mod draw;
 mod lanes;

@@ -9,7 +9,7 @@ use reef_flow::color::{byte, linear_rgb};
 use crate::species::Look;
 
 /// Texels around and along.
-pub const SIZE: [u32; 2] = [512, 512];
+pub const SIZE: [u32; 2] = [256, 256];
 /// Opacity of the material; the vertices have shares of it.
 pub const DENSEST: f64 = 0.9;
 /// Most that canals, gonads, and the margin hide.

@@ -1,16 +1,18 @@
 //! The plugin: configuration in, streams out.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use reef_flow::Level;
 use reef_sdk::prelude::*;
 
 use crate::{
     bloom::{Bloom, BloomState, Shown, Surroundings, Tuning},
+    breed::{Breed, forget},
     config::Config,
     draw::{self, MATERIALS, Wear},
-    paint::{self, Paint},
+    paint,
     sow::Stock,
-    species::Look,
 };
 
 /// Lines at most: more would hide everything.
@@ -23,7 +25,7 @@ pub struct Jellyfish {
     /// What the elements name: they live as long as the animals do.
     _meshes: Vec<Mesh>,
     pictures: Vec<Texture>,
-    looks: Vec<Look>,
+    breeds: Vec<Arc<Breed>>,
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
     /// Whether the retained materials were committed, and whether as what makes light.
@@ -137,6 +139,24 @@ impl Jellyfish {
         &self.bloom
     }
 
+    fn made(host: &Host, scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
+        let Stock { species, births } = Stock::new(scene, config)?;
+        let tables: Vec<_> = species.iter().map(|(_, table)| table.clone()).collect();
+        let bloom = Bloom::new(&tables, &births).map_err(|problem| ConfigError::new("", problem))?;
+        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
+        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (name, table)) in species.iter().enumerate() {
+            let breed = Breed::of(&table.look);
+            let animal = births.iter().position(|birth| birth.species == number).unwrap_or(0);
+            wears.push(Wear::new(host, name, breed.paint(), (&bloom, animal), materials.len(), &mut meshes)?);
+            materials.extend([abi::Material::default(); MATERIALS]);
+            pictures.push(host.texture(name, TextureFormat::Srgb, paint::SIZE, breed.texels())?);
+            breeds.push(breed);
+        }
+        let flows = Vec::with_capacity(bloom.flows().len());
+        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, dressed: None, flows })
+    }
+
     fn tuning(input: &StepInput) -> Tuning {
         Tuning {
             frequency: input.param(id::FREQUENCY),
@@ -212,6 +232,13 @@ impl Jellyfish {
     }
 }
 
+impl Drop for Jellyfish {
+    fn drop(&mut self) {
+        self.breeds.clear();
+        forget();
+    }
+}
+
 impl Plugin for Jellyfish {
     const ID: &'static str = "reef.jellyfish";
     const NAME: &'static str = "Jellyfish";
@@ -232,22 +259,11 @@ impl Plugin for Jellyfish {
     }
 
     fn create(host: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
-        let Stock { species, births } = Stock::new(scene, &config)?;
-        let tables: Vec<_> = species.iter().map(|(_, table)| table.clone()).collect();
-        let bloom = Bloom::new(&tables, &births).map_err(|problem| ConfigError::new("", problem))?;
-        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
-        let (mut wears, mut materials, mut looks) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, own) in species.iter().enumerate() {
-            let animal = births.iter().position(|birth| birth.species == number).unwrap_or(0);
-            wears.push(Wear::new(host, own, &bloom, animal, materials.len(), &mut meshes)?);
-            let (name, look) = (&own.0, &own.1.look);
-            let picture = host.texture(name, TextureFormat::Srgb, paint::SIZE, &Paint::new(look).texels())?;
-            materials.extend([abi::Material::default(); MATERIALS]);
-            pictures.push(picture);
-            looks.push(look.clone());
+        let made = Self::made(host, scene, &config);
+        if made.is_err() {
+            forget();
         }
-        let flows = Vec::with_capacity(bloom.flows().len());
-        Ok(Self { bloom, _meshes: meshes, pictures, looks, wears, materials, dressed: None, flows })
+        made
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
@@ -255,10 +271,10 @@ impl Plugin for Jellyfish {
         self.draw(input, output)?;
         let glows = input.param(id::GLOW) >= 0.5;
         if self.dressed != Some(glows) || input.is_trial() {
-            for ((look, picture), own) in
-                self.looks.iter().zip(&self.pictures).zip(self.materials.as_chunks_mut::<MATERIALS>().0)
+            for ((breed, picture), own) in
+                self.breeds.iter().zip(&self.pictures).zip(self.materials.as_chunks_mut::<MATERIALS>().0)
             {
-                *own = draw::materials(look, picture.id(), glows);
+                *own = draw::materials(breed.look(), picture.id(), glows);
             }
             output.emit(&self.materials)?;
             self.dressed = (!input.is_trial()).then_some(glows);

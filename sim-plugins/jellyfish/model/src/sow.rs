@@ -49,14 +49,16 @@ impl Stock {
         let mut births = Vec::new();
         let refuse = |path: String, problem: String| Err(ConfigError::new(path, problem));
         for (i, group) in config.groups.iter().enumerate() {
-            check(group, &format!("groups[{i}]"))?;
+            let (path, kind) = (format!("groups[{i}]"), number(&group.species));
+            check(group, &path)?;
+            fits(&species[kind].1, &group.scale, &path)?;
             let count = births.len() as u64 + u64::from(group.count);
             if count > MOST_ANIMALS {
                 let problem = format!("brings the scene to {count} animals; the limit is {MOST_ANIMALS}");
                 return refuse(format!("groups[{i}].count"), problem);
             }
             let seed = mix(group.seed.map_or(scene.seed, u64::from) ^ mix(i as u64));
-            place(group, number(&group.species), seed, &mut births);
+            place(group, kind, seed, &mut births);
         }
         for (i, own) in config.animals.iter().enumerate() {
             if births.len() as u64 >= MOST_ANIMALS {
@@ -68,6 +70,7 @@ impl Stock {
             if own.aim == [0.0; 3] {
                 return refuse(format!("animals[{i}].aim"), "must be a direction, is [0, 0, 0]".to_owned());
             }
+            fits(&species[number(&own.species)].1, &[own.scale], &format!("animals[{i}]"))?;
             let chance = own.seed.map_or(mix(scene.seed ^ mix(i as u64)), u64::from);
             births.push(Birth {
                 species: number(&own.species),
@@ -127,6 +130,20 @@ fn read(scene: &SceneInfo, name: &str, path: &str) -> Result<Species, ConfigErro
     let species: Species = scene
         .species(name)
         .map_err(|error| if error.path.is_empty() { ConfigError::new(path, error.message) } else { error })?;
-    species.check().map_err(|problem| ConfigError::new(format!("species.{name}"), problem))?;
+    species.check().map_err(|problem| {
+        // The message begins with the key.
+        let (key, problem) = problem.split_once(": ").unwrap_or(("", &problem));
+        ConfigError::new(format!("species.{name}.{key}"), problem)
+    })?;
     Ok(species)
+}
+
+/// Whether individuals of these sizes can be made of a species.
+fn fits(species: &Species, sizes: &[f64], path: &str) -> Result<(), ConfigError> {
+    for size in sizes {
+        species.sized(*size).check_sizes().map_err(|problem| {
+            ConfigError::new(format!("{path}.scale"), format!("at a size of {size} is wrong: {problem}"))
+        })?;
+    }
+    Ok(())
 }

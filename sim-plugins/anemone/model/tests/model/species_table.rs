@@ -13,9 +13,8 @@ fn readme() -> String {
     let mut out = String::from(
         "# Species\n\n\
          Each file here is one species of anemone, seagrass, seaweed, fish or jellyfish; a scene names it without the ending. Seaweeds,\n\
-         which have a `stem`, are described in SEAWEEDS.md, fish, which have a `body`, in FISH.md, jellyfish, which have a `bell`, by\n\
-         the comments of `sim-plugins/jellyfish/model/src/species.rs`, all others here. A table needs only what differs from the\n\
-         defaults below.\n\
+         which have a `stem`, are described in SEAWEEDS.md, fish, which have a `body`, in FISH.md, jellyfish, which have a `bell`, in JELLYFISH.md,\n\
+         all others here. A table needs only what differs from the defaults below.\n\
          `base = \"OTHER\"` takes all else from another species. Lengths are metres at a size of 1, whatever a scene counts in;\n\
          individuals differ by `variation`.\n\n\
          Both tables are made from the code (`sim-plugins/anemone/model/src/species.rs`) and from the files, and a test keeps\n\

@@ -84,6 +84,8 @@ impl Skin {
             tentacles = fewer(tentacles);
         }
         let [tentacle, arm] = points.map(|points| points.div_ceil(every));
+        // Near tentacles are rounded: a point between each two.
+        let tentacle = if far { tentacle } else { 2 * tentacle - 1 };
         Ok(Self {
             bell: Bell::new(form, species.bell.thickness, chain, seed)?,
             tentacles: Fringe::new(tentacles, tentacle, seed)?,
@@ -434,7 +436,11 @@ impl Animal {
         let [left, right] =
             [0, 1].map(|side| slice.strand(side).chain(trails[side].points().iter().copied()));
         let pairs = right.zip(left).map(|(right, left)| [near(right), near(left)]);
-        tentacles.write_nodes(level, pairs.step_by(*every), frame, nodes);
+        if *far {
+            tentacles.write_nodes(level, pairs.step_by(*every), frame, nodes);
+        } else {
+            tentacles.write_nodes(level, rounded(pairs), frame, nodes);
+        }
         // Arms hang from the mouth, and drift apart toward their tips.
         let mouth = mouth(slice);
         let hanging = core::iter::once(&mouth).chain(trails[2].points()).enumerate();
@@ -451,6 +457,21 @@ impl Animal {
         let far = slice.chain().map(|point| near(point).length_squared()).fold(far, f32::max);
         self.reach = far.sqrt() + self.shell;
     }
+}
+
+/// Points, and a point between each two neighbours: that of the cubic through four of them.
+fn rounded(pairs: impl Iterator<Item = [Vec2; 2]> + Clone) -> impl Iterator<Item = [Vec2; 2]> {
+    let before = pairs.clone().take(1).chain(pairs.clone());
+    let after = pairs.clone().skip(1);
+    let last = pairs.clone().last();
+    let beyond = pairs.clone().skip(2).chain(last).chain(last);
+    let between = after.zip(before).zip(beyond).map(Some).chain([None]);
+    pairs.zip(between).flat_map(|(own, between)| {
+        let middle = between.map(|((after, before), beyond)| {
+            core::array::from_fn(|i| (9.0 * (own[i] + after[i]) - (before[i] + beyond[i])) / 16.0)
+        });
+        [Some(own), middle].into_iter().flatten()
+    })
 }
 
 /// Where the arms hang: the inner apex.

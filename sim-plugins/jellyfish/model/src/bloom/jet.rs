@@ -33,6 +33,8 @@ const ROUND: f64 = 0.2;
 const WEAKEST: f64 = 1e-9;
 /// Share of the diagonal that is added to the normal equations: neighbours on the lattice are nearly alike.
 const RIDGE: f64 = 1e-3;
+/// Partial sums of a [`dot`].
+const PARTIAL: usize = 8;
 /// Primitives of an animal.
 pub const PRIMITIVES: usize = 4;
 
@@ -54,12 +56,31 @@ impl Candidate {
     }
 }
 
-/// All primitives that may be chosen, with their velocities where the fit looks.
+/// Velocities where the fit looks: all along x, then all along y.
+type Velocities = [f64; 2 * PLACES];
+
+/// The sum of products, over as many partial sums as fill a processor.
+fn dot(a: &Velocities, b: &Velocities) -> f64 {
+    let mut sums = [0.0; PARTIAL];
+    for (a, b) in a.as_chunks::<PARTIAL>().0.iter().zip(b.as_chunks::<PARTIAL>().0) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum()
+}
+
+fn flat(velocities: [DVec2; PLACES]) -> Velocities {
+    core::array::from_fn(|k| if k < PLACES { velocities[k].x } else { velocities[k - PLACES].y })
+}
+
+/// All primitives that may be chosen, with their velocities where the fit looks, and 1 over their squares'
+/// sums.
 #[derive(Clone, Debug)]
 pub struct Choice {
     places: [DVec2; PLACES],
     candidates: Vec<Candidate>,
-    shapes: Vec<[DVec2; PLACES]>,
+    shapes: Vec<(Velocities, f64)>,
 }
 
 impl Default for Choice {
@@ -74,7 +95,11 @@ impl Default for Choice {
                 at: CORNER + SPACING * DVec2::new((k % SIDE) as f64, (k / SIDE % SIDE) as f64),
             })
             .collect();
-        let shapes = candidates.iter().map(|candidate| places.map(|place| candidate.shape(place))).collect();
+        let shapes = candidates.iter().map(|candidate| {
+            let shape = flat(places.map(|place| candidate.shape(place)));
+            (shape, 1.0 / dot(&shape, &shape))
+        });
+        let shapes = shapes.collect();
         Self { places, candidates, shapes }
     }
 }
@@ -108,25 +133,17 @@ impl Choice {
         let (place, axis) = (0.5 * (left + right), slice.axis());
         let aside = -axis.perp();
         let (corner, diameter) = (slice.corner(), slice.build().diameter);
-        let flow = self.places.map(|at| {
+        let flow = flat(self.places.map(|at| {
             let there = place + (aside * at.x + axis * at.y) * diameter;
             let velocity = DVec2::from(slice.water().velocity((there - corner).to_array()));
             DVec2::new(velocity.dot(aside), velocity.dot(axis))
-        });
+        }));
         let mut rest = flow;
         let mut chosen = [(0, 0.0); PRIMITIVES];
         for count in 1..=PRIMITIVES {
-            let gain = |shape: &[DVec2; PLACES]| {
-                let (mut both, mut own) = (0.0, 0.0);
-                for (shape, rest) in shape.iter().zip(&rest) {
-                    both += shape.dot(*rest);
-                    own += shape.length_squared();
-                }
-                both * both / own
-            };
             let (mut best, mut most) = (0, -1.0);
-            for (candidate, shape) in self.shapes.iter().enumerate() {
-                let gain = gain(shape);
+            for (candidate, (shape, share)) in self.shapes.iter().enumerate() {
+                let gain = dot(shape, &rest).powi(2) * share;
                 if gain > most && !chosen[..count - 1].iter().any(|(other, _)| *other == candidate) {
                     (best, most) = (candidate, gain);
                 }
@@ -134,22 +151,22 @@ impl Choice {
             chosen[count - 1].0 = best;
             let mut matrix = [[0.0; PRIMITIVES]; PRIMITIVES];
             let mut side = [0.0; PRIMITIVES];
-            let shapes = chosen.map(|(candidate, _)| &self.shapes[candidate]);
+            let shapes = chosen.map(|(candidate, _)| &self.shapes[candidate].0);
             for i in 0..count {
-                side[i] = shapes[i].iter().zip(&flow).map(|(shape, flow)| shape.dot(*flow)).sum();
+                side[i] = dot(shapes[i], &flow);
                 for j in 0..count {
-                    matrix[i][j] = shapes[i].iter().zip(shapes[j]).map(|(a, b)| a.dot(*b)).sum();
+                    matrix[i][j] = dot(shapes[i], shapes[j]);
                 }
             }
             solve(&mut matrix, &mut side, count);
             for (k, rest) in rest.iter_mut().enumerate() {
-                *rest = flow[k] - (0..count).map(|i| shapes[i][k] * side[i]).sum::<DVec2>();
+                *rest = flow[k] - (0..count).map(|i| shapes[i][k] * side[i]).sum::<f64>();
             }
             for (chosen, strength) in chosen.iter_mut().zip(side) {
                 chosen.1 = strength * diameter * diameter;
             }
         }
-        let squares = [flow, rest].map(|list| list.iter().map(|v| v.length_squared()).sum());
+        let squares = [flow, rest].map(|list| dot(&list, &list));
         Fit { place, axis, chosen, squares }
     }
 

@@ -214,7 +214,7 @@ impl<T: Real> Slice<T> {
     }
 
     /// The strand of a side (0: negative x), from the margin's point to its tip [m].
-    pub fn strand(&self, side: usize) -> impl ExactSizeIterator<Item = DVec2> + '_ {
+    pub fn strand(&self, side: usize) -> impl ExactSizeIterator<Item = DVec2> + Clone + '_ {
         let first = self.network.margin;
         (first..first + self.build.strand_segments + 1)
             .map(move |pair| self.points[2 * pair + side.min(1)] + self.corner())

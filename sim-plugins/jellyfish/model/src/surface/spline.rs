@@ -20,12 +20,13 @@ impl Resample {
     pub(crate) fn new(knots: usize, places: &[f64]) -> Self {
         let samples = places.len().next_multiple_of(WIDTH);
         let mut weights = vec![0.0; knots * samples];
-        for knot in 0..knots {
-            let mut values = vec![0.0; knots];
-            values[knot] = 1.0;
-            let bends = bends(&values);
-            for (sample, place) in places.iter().enumerate() {
-                weights[knot * samples + sample] = between(&values, &bends, *place) as f32;
+        // The loop is the same from each of its knots on: what one knot does, all do, so many places further.
+        let mut values = vec![0.0; knots];
+        values[0] = 1.0;
+        let bends = bends(&values);
+        for (knot, weights) in weights.chunks_exact_mut(samples.max(1)).enumerate() {
+            for (weight, place) in weights.iter_mut().zip(places) {
+                *weight = between(&values, &bends, place - knot as f64) as f32;
             }
         }
         Self { samples, weights }

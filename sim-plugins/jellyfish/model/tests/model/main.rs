@@ -1,7 +1,10 @@
 //! The model against its paper and closed forms.
 
+mod bloom;
+mod library;
 mod sea;
 mod slice;
+mod species;
 mod steer;
 mod surface;
 mod swim;

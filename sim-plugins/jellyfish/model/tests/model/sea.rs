@@ -14,23 +14,23 @@ use reef_sdk::{
 
 const DT: f64 = 1.0 / 60.0;
 /// Jellyfish in assets: what has a `bell`.
-fn names() -> Vec<String> {
+pub(crate) fn names() -> Vec<String> {
     tables::names(|table| table.get("bell").is_some())
 }
 
-fn read(name: &str) -> Species {
+pub(crate) fn read(name: &str) -> Species {
     serde_json::from_value(tables::table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 /// The paper's animal on fewer cells.
-fn usual() -> Species {
+pub(crate) fn usual() -> Species {
     let mut species = Species::default();
     (species.grid.cells, species.grid.bells) = (50, 5.0);
     species.arms.count = 8;
     species
 }
 
-fn birth(number: u64) -> Birth {
+pub(crate) fn birth(number: u64) -> Birth {
     Birth {
         species: 0,
         place: DVec3::new(1e3 + number as f64, -3.0, -1e3),
@@ -60,7 +60,7 @@ fn vertices(bloom: &mut Bloom) -> Vec<DrawVertex> {
 }
 
 /// Vertices, and nodes of tentacles.
-fn written(bloom: &mut Bloom) -> (Vec<DrawVertex>, Vec<FibreNode>) {
+pub(crate) fn written(bloom: &mut Bloom) -> (Vec<DrawVertex>, Vec<FibreNode>) {
     let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
     let mut nodes = vec![FibreNode::default(); bloom.node_count()];
     bloom.write(Level::best(), Workers::inline(), 3.0, (&mut vertices, &mut nodes));
