@@ -9,11 +9,14 @@
 mod act;
 mod carry;
 mod grid;
+mod homes;
+mod kind;
 mod perceive;
 mod poses;
 mod state;
 mod steer;
 mod walls;
+mod waves;
 
 use glam::{DVec3, Vec3};
 use reef_flow::{Field, Level, Packed, Sphere, velocity8};
@@ -22,55 +25,17 @@ use reef_sdk::{
     abi::{Flow, Obstacle},
 };
 
-use crate::{
-    Plan,
-    body::BodyError,
-    gait::Gait,
-    species::{Carried, Mind, Species},
-    tank::{Swimmer, Tank},
-};
+use crate::tank::{Swimmer, Tank};
 
 use grid::{Grid, Seen};
+pub use homes::Home;
+use homes::Register;
+pub use kind::Kind;
 pub use state::State;
 use steer::Wish;
 use walls::Walls;
-
-/// What all fish of a species share.
-#[derive(Clone, Debug)]
-pub struct Kind {
-    /// Its body.
-    pub plan: Plan,
-    /// How it swims.
-    pub gait: Gait,
-    /// How it behaves.
-    pub mind: Mind,
-    /// What it carries.
-    pub carries: Carried,
-    /// Kinds that it hunts, by their numbers.
-    pub prey: Vec<u32>,
-}
-
-impl Kind {
-    /// A species that hunts those kinds.
-    ///
-    /// # Errors
-    /// The key that is wrong, and what is allowed.
-    pub fn new(species: &Species, prey: Vec<u32>) -> Result<Self, BodyError> {
-        let plan = species.plan()?;
-        let gait = Gait::of(species, &plan)?;
-        Ok(Self { plan, gait, mind: species.mind.clone(), carries: species.carries.clone(), prey })
-    }
-
-    /// At a size of 1 [m].
-    pub fn length(&self) -> f64 {
-        self.plan.body().length()
-    }
-
-    /// How far it sees, in lengths.
-    fn range(&self) -> f32 {
-        self.mind.range as f32
-    }
-}
+pub use waves::Waves;
+use waves::{Sixteens, Swaying};
 
 /// A box that fish do not leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +59,7 @@ pub struct Start {
     pub size: f64,
     /// By its number.
     pub habitat: u32,
-    /// Its anemone [m, world].
+    /// Its home, if it is given [m, world].
     pub home: Option<DVec3>,
     /// Of its whims.
     pub seed: u64,
@@ -108,7 +73,10 @@ pub struct Fish {
     /// Its number among those of its species.
     slot: u32,
     habitat: u32,
-    home: Option<DVec3>,
+    /// A home that is given by hand [m, world].
+    given: Option<DVec3>,
+    /// The anemone that it lives in.
+    home: Option<Home>,
     seed: u64,
     /// Over that of the species.
     pub size: f64,
@@ -137,8 +105,12 @@ pub struct Fish {
 }
 
 /// An anemone, or what else feels what fish carry.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Host {
+    /// By which it is known from step to step.
+    pub id: u64,
+    /// Of its species' name.
+    pub species: u32,
     /// [m, world]
     pub position: DVec3,
     /// [m]
@@ -152,6 +124,8 @@ pub struct Surroundings<'a> {
     pub flow: &'a [Flow],
     /// The sea bed.
     pub bed: Option<Heightfield<'a>>,
+    /// Wave trains.
+    pub waves: Waves<'a>,
     /// Rocks and what moves, as capsules.
     pub obstacles: &'a [Obstacle],
     /// y of still water [m].
@@ -187,6 +161,8 @@ pub struct Shoal {
     /// What f32 places are relative to [m, world].
     anchor: DVec3,
     grid: Grid,
+    register: Register,
+    swaying: Swaying,
     wishes: Vec<Wish>,
     field: Field,
     flow: Vec<Flow>,
@@ -211,6 +187,7 @@ struct Scratch {
     cell: Option<[i64; 3]>,
     water: Packed,
     obstacles: Vec<u32>,
+    waves: Sixteens,
 }
 
 impl Shoal {
@@ -239,6 +216,8 @@ impl Shoal {
         let mut shoal = Self {
             anchor: anchor(&habitats),
             grid: Grid::new(ranges(&kinds, &order).into_iter()),
+            register: Register::default(),
+            swaying: Swaying::default(),
             habitats,
             fish: Vec::with_capacity(starts.len()),
             tanks: Vec::new(),
@@ -302,6 +281,8 @@ impl Shoal {
 
     /// What the workers share in this step.
     fn prepare(&mut self, around: &Surroundings<'_>) {
+        self.settle(around.hosts);
+        self.swaying.fill(&around.waves);
         let Self { fish, kinds, grid, anchor, flow, field, scratch, .. } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
@@ -335,14 +316,16 @@ impl Shoal {
 
     /// What each fish wants, in the order of the grid.
     fn wish(&mut self, around: &Surroundings<'_>) {
-        let Self { fish, kinds, habitats, grid, field, scratch, wishes, time, .. } = self;
-        let (fish, kinds, grid, field, time) = (&*fish, &*kinds, &*grid, &*field, *time);
+        let Self { fish, kinds, habitats, grid, field, swaying, scratch, wishes, time, .. } = self;
+        let (fish, kinds, grid, field, swaying, time) = (&*fish, &*kinds, &*grid, &*field, &*swaying, *time);
         let walls = Walls { bed: around.bed, obstacles: around.obstacles, surface: around.surface };
         let longest =
             fish.iter().map(|fish| kinds[fish.kind as usize].length() * fish.size).fold(0.0, f64::max);
         around.workers.for_each_part_with(scratch, Chunks::new(wishes, CHUNK), |scratch, chunk, wishes| {
-            for (i, into) in wishes.iter_mut().enumerate() {
-                let seen = &grid.sorted()[chunk * CHUNK + i];
+            let chunk = &grid.sorted()[chunk * CHUNK..][..wishes.len()];
+            let own = chunk.iter().map(|seen| (&fish[seen.number as usize], f64::from(seen.length)));
+            swaying.feel(&around.waves, around.level, own, &mut scratch.waves);
+            for (i, (into, seen)) in wishes.iter_mut().zip(chunk).enumerate() {
                 let own = &fish[seen.number as usize];
                 let kind = &kinds[own.kind as usize];
                 scratch.enter(own.position, field, around, longest);
@@ -355,22 +338,14 @@ impl Shoal {
                 };
                 let habitat = &habitats[own.habitat as usize];
                 let off = walls::avoid(&walls, &scratch.obstacles, habitat, &body);
-                let home = own.home.map(|home| (home - own.position).as_vec3());
+                let home = own.home().filter(|_| kind.mind.home > 0.0);
+                let home = home.map(|home| (home - own.position).as_vec3());
                 let mut wish = steer::wish(kind, own, &sight, off, home, time);
                 wish.number = seen.number;
-                wish.water += scratch.water_at(own.position);
+                wish.water += scratch.water_at(own.position) + swaying.of(&scratch.waves, i);
                 *into = wish;
             }
         });
-    }
-}
-
-impl Kind {
-    /// Its greatest extent from top to bottom at a size of 1, its fin left out [m].
-    fn height(&self) -> f64 {
-        let body = self.plan.body();
-        let lifted = body.nodes().iter().zip(body.lift()).map(|(at, lift)| at.y * f64::from(*lift));
-        2.0 * lifted.fold(0.0, f64::max)
     }
 }
 
@@ -430,7 +405,8 @@ fn fish(start: &Start, slot: u32, range: f32) -> Fish {
         kind: start.kind,
         slot,
         habitat: start.habitat,
-        home: start.home,
+        given: start.home,
+        home: None,
         seed: start.seed,
         size: start.size,
         position: start.position,

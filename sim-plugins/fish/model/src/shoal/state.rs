@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
-use super::Shoal;
+use super::{Home, Shoal};
 
 /// Everything that moves, fish by fish in the order of their numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,11 +21,16 @@ pub struct State {
     pub near: Vec<u8>,
     /// Position and velocity of each node, and what it is off the gait: nine numbers [m, m/s, m].
     pub bodies: Vec<f32>,
+    /// Ids of the anemones that they live in; 0: none.
+    pub homes: Vec<u64>,
+    /// Where those are: three numbers a fish [m, world].
+    pub home_places: Vec<f64>,
 }
 
 const OF_PLACE: usize = 9;
 const OF_MIND: usize = 15;
 const OF_NODE: usize = 9;
+const OF_HOME: usize = 3;
 
 impl State {
     /// Into the plugin's state, version 1.
@@ -36,6 +41,8 @@ impl State {
         state.put("minds", &self.minds);
         state.put("near", &self.near);
         state.put("bodies", &self.bodies);
+        state.put("homes", &self.homes);
+        state.put("home_places", &self.home_places);
     }
 
     /// Out of it.
@@ -43,13 +50,22 @@ impl State {
     /// # Errors
     /// Something is missing or of another type.
     pub fn read(state: &mut StateReader) -> Result<Self, StateError> {
+        let nodes: Vec<u32> = state.get("nodes")?;
+        // Older states know of no homes.
+        let (homes, home_places) = if state.has("homes") {
+            (state.get("homes")?, state.get("home_places")?)
+        } else {
+            (vec![0; nodes.len()], vec![0.0; OF_HOME * nodes.len()])
+        };
         Ok(Self {
             time: state.get_one("time")?,
-            nodes: state.get("nodes")?,
+            nodes,
             places: state.get("places")?,
             minds: state.get("minds")?,
             near: state.get("near")?,
             bodies: state.get("bodies")?,
+            homes,
+            home_places,
         })
     }
 }
@@ -64,6 +80,8 @@ impl Shoal {
             let count = tank.positions(slot).len();
             state.nodes.push(count as u32);
             state.near.push(u8::from(fish.near));
+            state.homes.push(fish.home.map_or(0, |home| home.id));
+            state.home_places.extend(fish.home.map_or([0.0; OF_HOME], |home| home.place.to_array()));
             for place in [fish.position, swimmer.origin, swimmer.water] {
                 state.places.extend(place.to_array());
             }
@@ -101,12 +119,14 @@ impl Shoal {
             ("minds", state.minds.len(), OF_MIND * nodes.len()),
             ("near", state.near.len(), nodes.len()),
             ("bodies", state.bodies.len(), OF_NODE * all),
+            ("homes", state.homes.len(), nodes.len()),
+            ("home_places", state.home_places.len(), OF_HOME * nodes.len()),
         ];
         if let Some((name, is, must)) = lengths.iter().find(|(_, is, must)| is != must) {
             return Err(format!("`{name}` has {is} numbers in place of {must}"));
         }
         let finite = state.time.is_finite()
-            && state.places.iter().all(|x| x.is_finite())
+            && state.places.iter().chain(&state.home_places).all(|x| x.is_finite())
             && state.minds.iter().chain(&state.bodies).all(|x| x.is_finite());
         if !finite {
             return Err("has a number that is not finite".into());
@@ -114,6 +134,10 @@ impl Shoal {
         let mut bodies = state.bodies.as_chunks::<OF_NODE>().0.iter();
         self.time = state.time;
         let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
+        let homes = state.homes.iter().zip(state.home_places.as_chunks::<OF_HOME>().0);
+        for (fish, (id, place)) in self.fish.iter_mut().zip(homes) {
+            fish.home = (*id != 0).then(|| Home { id: *id, place: (*place).into() });
+        }
         for ((fish, near), (place, mind)) in self.fish.iter_mut().zip(&state.near).zip(parts) {
             let slot = fish.slot as usize;
             let tank = &mut self.tanks[fish.kind as usize];
