@@ -117,10 +117,10 @@ fn place(group: &Group, [kind, number]: [u32; 2], seed: u64, variation: f64, sta
             None => low + inner + (high - low - 2.0 * inner) * share,
             Some(at) => {
                 // All over the ball: the greatest of three is spread as the cube's root is.
-                let mut three = Random::new(mix(seed), u64::from(i));
-                let far = three.unit().max(three.unit()).max(three.unit()) * group.around;
-                let up = 2.0 * share.y - 1.0;
-                let (cos, sin) = reef_flow::math::cos_sin_f64(core::f64::consts::TAU * share.x);
+                let mut own = Random::new(mix(seed), u64::from(i));
+                let far = own.unit().max(own.unit()).max(own.unit()) * group.around;
+                let up = own.signed();
+                let (cos, sin) = reef_flow::math::cos_sin_f64(core::f64::consts::PI * own.signed());
                 let level = (1.0 - up * up).sqrt();
                 let off = DVec3::new(level * cos, up, level * sin) * far;
                 (DVec3::from(at) + off).max(low.lerp(high, 1e-3)).min(high.lerp(low, 1e-3))

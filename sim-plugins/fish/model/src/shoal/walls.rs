@@ -8,6 +8,9 @@ use super::Habitat;
 /// How near to a wall a fish begins to turn, in its lengths, and at most as a share of the habitat.
 const MARGIN: f64 = 3.0;
 const MOST_MARGIN: f64 = 0.35;
+/// How near to a wall the water carries it off, in its lengths, and at most as a share of the habitat.
+const TOUCHING: f64 = 0.25;
+const MOST_TOUCHING: f64 = 0.05;
 /// How far ahead it looks for rocks and the bed, in its lengths.
 const LOOK_AHEAD: f64 = 1.5;
 /// How far it keeps from them, in its lengths.
@@ -45,6 +48,10 @@ pub(super) fn avoid(walls: &Walls<'_>, obstacles: &[u32], habitat: &Habitat, fis
         let low_side = 1.0 - (fish.at[axis] - habitat.low[axis]) / margin;
         let high_side = 1.0 - (high - fish.at[axis]) / margin;
         urge[axis] += nearness(low_side) - nearness(high_side);
+        // Whoever is too heavy, or too frightened, to turn in time is carried off the wall.
+        let touching = (TOUCHING * fish.length).min(MOST_TOUCHING * extent[axis]).max(1e-6);
+        let depth = |gap: f64| (1.0 - gap / touching).clamp(0.0, 1.0);
+        push[axis] += depth(fish.at[axis] - habitat.low[axis]) - depth(high - fish.at[axis]);
     }
     if let Some(bed) = &walls.bed {
         let ahead = fish.at + fish.course.as_dvec3() * (LOOK_AHEAD * fish.length);
