@@ -118,6 +118,7 @@ pub const OWN: &[Own] = &[
             "groups.seed",
             "params.carried",
             "params.skin",
+            "params.waves",
             "species.carries.reach",
             "species.look.anal.from",
             "species.look.anal.height",

@@ -13,7 +13,24 @@ type Fibres = Vec<Vec<Point>>;
 
 /// The fibres of a scene at the recorded steps, from the program's own recording.
 fn record(scene: &str, steps: u64, every: u64) -> BTreeMap<u64, Fibres> {
-    let folder = artifacts().side_by_side(&["reef_anemone"]);
+    streams(scene, steps, every).into_iter().map(|(step, [fibres, _])| (step, fibres)).collect()
+}
+
+/// The same of a scene whose fish carry nothing.
+fn record_without_singularities(scene: &str, steps: u64, every: u64) -> BTreeMap<u64, Fibres> {
+    let text = fs::read_to_string(workspace().join(format!("assets/scenes/{scene}.toml"))).expect("a scene");
+    let module = "use = \"reef.fish\"\n";
+    assert!(text.contains(module));
+    let text = text.replace(module, &format!("{module}params = {{ carried = 0.0 }}\n"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("still.toml");
+    fs::write(&path, text).expect("a scene");
+    record(path.to_str().expect("UTF-8"), steps, every)
+}
+
+/// Fibres and fish of a scene at the recorded steps.
+fn streams(scene: &str, steps: u64, every: u64) -> BTreeMap<u64, [Fibres; 2]> {
+    let folder = artifacts().side_by_side(&["reef_anemone", "reef_fish"]);
     let csv = folder.path().join("out.csv");
     let output = Command::new(folder.path().join("reef"))
         .arg("--assets")
@@ -23,14 +40,12 @@ fn record(scene: &str, steps: u64, every: u64) -> BTreeMap<u64, Fibres> {
         .output()
         .expect("the program runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let mut found: BTreeMap<u64, Fibres> = BTreeMap::new();
+    let mut found: BTreeMap<u64, [Fibres; 2]> = BTreeMap::new();
     for line in fs::read_to_string(csv).expect("the recording").lines().skip(1) {
         let row: Vec<&str> = line.split(',').collect();
-        if row[3] != "fibre" {
-            continue;
-        }
+        let Some(stream) = ["fibre", "fish"].iter().position(|stream| *stream == row[3]) else { continue };
         let number = |at: usize| row[at].parse::<f64>().expect("a number");
-        let fibres = found.entry(number(0) as u64).or_default();
+        let fibres = &mut found.entry(number(0) as u64).or_default()[stream];
         let object = number(4) as usize;
         if fibres.len() <= object {
             fibres.resize(object + 1, Vec::new());
@@ -162,4 +177,55 @@ fn figure_16_no_tip_jumps_while_the_fish_passes() {
     assert!(worst < 0.003, "a tip moves {worst} m in one step");
     let travelled = length(minus(tip(&frames[240][10]), tip(&frames[0][10])));
     assert!(travelled > 0.003, "the fish is felt: {travelled} m");
+}
+
+/// The middle of a fish's nodes.
+fn middle(fish: &[Point]) -> Point {
+    std::array::from_fn(|axis| fish.iter().map(|node| node[axis]).sum::<f64>() / fish.len() as f64)
+}
+
+/// The fibres that stand within 15 cm of a place of the ground.
+fn around<'a>(fibres: &'a Fibres, [x, z]: [f64; 2]) -> impl Iterator<Item = &'a Vec<Point>> {
+    fibres.iter().filter(move |fibre| length(minus(fibre[0], [x, fibre[0][1], z])) < 0.15)
+}
+
+#[test]
+fn figure_1_the_tang_draws_tentacles_and_the_clownfish_pushes_them() {
+    let scene = "fish-and-anemones";
+    let (with, without) = (streams(scene, 330, 30), record_without_singularities(scene, 330, 30));
+    // By how much all tips are farther from a fish than without what it carries [m], when it is nearest.
+    let pushed = |fish: usize, place: [f64; 2]| {
+        let far = |step: &u64| {
+            let at = middle(&with[step][1][fish]);
+            length(minus(at, [place[0], at[1], place[1]]))
+        };
+        let step = with.keys().copied().min_by(|a, b| far(a).total_cmp(&far(b))).expect("steps");
+        let at = middle(&with[&step][1][fish]);
+        let tips = around(&with[&step][0], place).zip(around(&without[&step], place));
+        let moved: Vec<f64> = tips
+            .map(|(with, without)| length(minus(tip(with), at)) - length(minus(tip(without), at)))
+            .collect();
+        assert!(moved.len() > 60 && far(&step) < 0.05, "{} fibres, {} m off", moved.len(), far(&step));
+        println!("fish {fish}, step {step}: {:.4} m", moved.iter().sum::<f64>() / moved.len() as f64);
+        moved.iter().sum::<f64>() / moved.len() as f64
+    };
+    // Fish are put together by species, in the order of their names: clown, clownfish twice, tang.
+    assert!(pushed(0, [-0.16, 0.02]) > 0.001, "the clownfish's source pushes");
+    assert!(pushed(3, [0.2, -0.28]) < -0.001, "the tang's hole draws");
+}
+
+#[test]
+fn figure_14_a_fish_outside_of_the_sphere_moves_no_tentacle() {
+    let scene = "fish-fig14-bounding";
+    let (with, without) = (streams(scene, 360, 60), record_without_singularities(scene, 360, 60));
+    let moved = |step: u64, x: f64| {
+        let tips = around(&with[&step][0], [x, 0.0]).zip(around(&without[&step], [x, 0.0]));
+        tips.map(|(with, without)| length(minus(tip(with), tip(without)))).fold(0.0, f64::max)
+    };
+    // It comes from the left and is above the middle one after six seconds: the right one has felt nothing.
+    let at = middle(&with[&360][1][0]);
+    assert!(length(minus(at, [0.0, at[1], 0.0])) < 0.12, "{at:?}");
+    assert!(with.keys().all(|step| moved(*step, 0.36) == 0.0));
+    println!("the middle one's tips are moved by {} m", moved(360, 0.0));
+    assert!(moved(360, 0.0) > 0.005 && moved(180, 0.0) < moved(360, 0.0));
 }

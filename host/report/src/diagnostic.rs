@@ -1,7 +1,7 @@
 //! How an error is told to a person: what, where with the lines around it, and the way out.
 
 use std::{
-    fmt::{self, Write as _},
+    fmt,
     io::{IsTerminal, Write as _},
 };
 
@@ -58,6 +58,9 @@ impl fmt::Display for Told<'_> {
     }
 }
 
+/// Characters of a line that are shown at most.
+const WIDEST: usize = 200;
+
 /// The line in which a fault begins between its neighbours, with carets under the fault.
 fn write_place(
     f: &mut fmt::Formatter<'_>,
@@ -73,18 +76,22 @@ fn write_place(
     let mut start = around.span().offset();
     for (i, line) in lines.iter().enumerate() {
         let shown = |part: &str| Plain(part.replace('\t', " ")).to_string();
-        writeln!(f, "  {cyan}{:>width$} |{plain} {}", around.line() + i + 1, shown(line))?;
         let rest = &text[start - around.span().offset()..];
         let end = start + line.len();
         let next = end + rest[line.len()..].find('\n').map_or(0, |at| at + 1);
         let at = label.offset();
-        if (start..next.max(end + 1)).contains(&at) {
-            let column = shown(line.get(..at - start).unwrap_or(line)).chars().count();
+        let here = (start..next.max(end + 1)).contains(&at);
+        let before = line.get(..at.saturating_sub(start)).unwrap_or(line);
+        let column = if here { shown(before).chars().count() } else { 0 };
+        // Of a long line what is around the fault.
+        let left_out = column.saturating_sub(WIDEST / 2);
+        let part: String = shown(line).chars().skip(left_out).take(WIDEST).collect();
+        writeln!(f, "  {cyan}{:>width$} |{plain} {part}", around.line() + i + 1)?;
+        if here {
             let marked = line.get(at - start..(at - start + label.len()).min(line.len())).unwrap_or_default();
-            let mut carets = String::new();
-            for _ in 0..shown(marked).chars().count().max(1) {
-                carets.write_char('^')?;
-            }
+            let column = column - left_out;
+            let most = (WIDEST - column).max(1);
+            let carets = "^".repeat(shown(marked).chars().count().clamp(1, most));
             writeln!(f, "  {:>width$} {cyan}|{plain} {:column$}{red}{carets}{plain}", "", "")?;
         }
         start = next;
@@ -157,6 +164,18 @@ mod tests {
             }
         }
         assert_eq!(told(&fault("a\r\n\tb\r\n", 4..5)).lines().nth(3), Some("    |  ^"));
+    }
+
+    #[test]
+    fn of_a_long_line_only_what_is_around_the_fault_is_shown() {
+        let text = format!("a = [{}!, 3]\nb = 4\n", "1, ".repeat(50_000));
+        let start = text.find('!').unwrap();
+        let said = told(&fault(&text, start..start + 1));
+        let lines: Vec<&str> = said.lines().collect();
+        assert!(lines.iter().all(|line| line.len() < WIDEST + 10), "{said}");
+        assert_eq!(lines[1].find('!'), lines[2].find('^'), "{said}");
+        let wide = told(&fault(&text, 4..start));
+        assert!(wide.lines().all(|line| line.len() < WIDEST + 10) && wide.contains("^^^"), "{wide}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use reef_fish_model::{
     bare::Bare,
     body::{Body, Profile},
     material::{Beat, Drive, Material, Method},
-    shoal::{Habitat, Kind, Shoal, Start, Surroundings, bare::Bare as BarePoints},
+    shoal::{Habitat, Kind, Shoal, Start, Surroundings, Waves, bare::Bare as BarePoints},
     species::Species,
     tank::{Stepping, Swimmer, Tank},
 };
@@ -53,6 +53,7 @@ fn around(near: f64, level: Level) -> Surroundings<'static> {
     Surroundings {
         flow: &[],
         bed: None,
+        waves: Waves::default(),
         obstacles: &[],
         surface: 0.0,
         hosts: &[],

@@ -16,14 +16,22 @@ pub struct Config {
     /// Groups of fish, each of one species in a box that it does not leave.
     #[schemars(length(max = 1000))]
     pub groups: Vec<Group>,
-    /// Species that feel the sources and holes that fish carry: those rise near one of them.
+    /// Species that feel the sources and holes that fish carry: those rise near one of them. What fish live
+    /// in is among them anyway.
     #[schemars(length(max = 100))]
     pub hosts: Vec<String>,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Self { groups: Vec::new(), hosts: vec!["host-anemone".into()] }
+        let hosts = [
+            "host-anemone",
+            "actinia-fragacea",
+            "anthopleura-xanthogrammica",
+            "anthothoe-chilensis",
+            "stomphia-coccinea",
+        ];
+        Self { groups: Vec::new(), hosts: hosts.map(String::from).into() }
     }
 }
 
@@ -68,7 +76,8 @@ pub struct Group {
     #[serde(default = "same_size")]
     #[schemars(inner(range(min = 0.05, max = 20.0)))]
     pub scale: [f64; 2],
-    /// The anemones that are their homes, where the species has a `home`; one after the other gets a fish.
+    /// Their homes, where the species has a `home`; one after the other gets a fish. Without it they take
+    /// what their species `lives_in`.
     #[serde(default)]
     #[schemars(length(max = 1000), inner(inner(range(min = -1e5, max = 1e5))), extend("x-unit" = "m"))]
     pub homes: Vec<[f64; 3]>,

@@ -113,7 +113,8 @@ impl Brush {
                 for (joint, section) in own.iter_mut().zip(sections.iter()) {
                     let place = Vec3::from(section.joint.translation) + off;
                     // The fish's size is the element's.
-                    *joint = Joint { translation: place.to_array(), scale: 1.0, ..section.joint };
+                    let scale = section.joint.scale / fish.size as f32;
+                    *joint = Joint { translation: place.to_array(), scale, ..section.joint };
                 }
                 *object = Object {
                     id: id_of(number),

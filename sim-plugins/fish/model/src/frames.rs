@@ -34,7 +34,11 @@ pub struct Section {
     pub squeeze: [f32; 2],
 }
 
-/// The frames of all segments, nose first: into as many as a body has segments, at `size` times the species'.
+/// How far a fin's frame is scaled down at least.
+const LEAST: f32 = 0.5;
+
+/// The frames of all segments, nose first: into as many as a body has segments, at `size` times the species'. A
+/// fin's corners are its nodes: its frame is scaled with it, and askew to the body's way where it is.
 pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Section]) {
     let at = |node: usize| Vec3::from(positions[node]);
     let middle =
@@ -49,26 +53,27 @@ pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Sect
             let signed = toward.iter().zip(nodes.clone()).map(|(sign, node)| positions(node) * *sign);
             signed.sum::<Vec3>() * 0.5
         };
-        let (up, squeeze) = match nodes.len() {
+        let (forward, up, squeeze) = match nodes.len() {
             // Left-top, left-bottom, right-bottom, right-top.
             4 => {
                 let (tall, wide) = ([1.0, -1.0, -1.0, 1.0], [-1.0, -1.0, 1.0, 1.0]);
                 let rest = |node: usize| Vec3::from(plan.rest[node]);
                 let over = |of| extent(of, &at).length() / extent(of, &rest).length().max(f32::MIN_POSITIVE);
-                (extent(tall, &at), [over(tall), over(wide)])
+                (forward, extent(tall, &at), [over(tall), over(wide)])
             }
             2 => {
                 let across = at(nodes.start) - at(nodes.start + 1);
                 let rest = Vec3::from(plan.rest[nodes.start]) - Vec3::from(plan.rest[nodes.start + 1]);
                 let over = across.length() / rest.length().max(f32::MIN_POSITIVE);
+                let forward = forward.reject_from(across.try_normalize().unwrap_or(Vec3::Y));
                 // A level fin spans from left to right.
                 if rest.z.abs() > rest.y.abs() {
-                    ((-across).cross(forward), [1.0, over])
+                    (forward, (-across).cross(forward), [1.0, over])
                 } else {
-                    (across, [over, 1.0])
+                    (forward, across, [over, 1.0])
                 }
             }
-            _ => (whole_up, [1.0; 2]),
+            _ => (forward, whole_up, [1.0; 2]),
         };
         let [x, y, z] = if forward.length_squared() > 0.0 {
             base(forward, up)
@@ -78,7 +83,11 @@ pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Sect
         into.joint = Joint {
             rotation: Quat::from_mat3(&Mat3::from_cols(x, y, z)).normalize().to_array(),
             translation: (middle(nodes.clone()) * size).to_array(),
-            scale: size,
+            scale: if nodes.len() == 2 {
+                size * (squeeze[0] * squeeze[1]).clamp(LEAST, 1.0 / LEAST)
+            } else {
+                size
+            },
         };
         into.squeeze = squeeze;
     }

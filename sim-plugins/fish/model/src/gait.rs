@@ -183,6 +183,12 @@ impl Gait {
         &self.speeds
     }
 
+    /// The share of its force with which the muscles beat: below the slowest beat that was measured it falls to
+    /// nothing with the beat, as the shapes do. So a fish that hovers is straight.
+    pub fn effort(&self, beat: f64) -> f64 {
+        (beat / self.speeds[1][0]).clamp(0.0, 1.0)
+    }
+
     /// How often it beats at a speed [m/s]: at most as often as at its top speed [Hz].
     pub fn beat(&self, speed: f64) -> f64 {
         let place = self.speeds.partition_point(|known| known[1] < speed).clamp(1, self.speeds.len() - 1);

@@ -12,7 +12,7 @@ use crate::{
     draw::{Brush, Wear},
     look::Look,
     paint,
-    shoal::{Host as Anemone, Shoal, State, Surroundings, id_of},
+    shoal::{Host as Anemone, Shoal, State, Surroundings, Waves, id_of},
     sow::Stock,
 };
 
@@ -47,6 +47,8 @@ mod id {
     pub(super) const NEAR: u32 = 1;
     pub(super) const CARRIED: u32 = 2;
     pub(super) const SKIN: u32 = 3;
+    pub(super) const WAVES: u32 = 4;
+    pub(super) const SPRINGS: u32 = 5;
 }
 
 /// What can change while the sea runs.
@@ -64,12 +66,23 @@ pub const PARAMS: &[Param] = &[
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on what fish carry to the water near anemones; 0: nothing."),
+    Param::float(id::WAVES, "waves")
+        .label("Waves")
+        .group("Water")
+        .range(0.0, 10.0)
+        .default(1.0)
+        .help("Factor on the orbital velocity with which the waves carry fish; 0 leaves them out."),
     Param::float(id::SKIN, "skin")
         .label("Skin")
         .group("Figures")
         .range(0.0, 1.0)
         .default(1.0)
         .help("Share of the skin that is there: with less, debug lines show the springs inside."),
+    Param::switch(id::SPRINGS, "springs")
+        .label("Springs")
+        .group("Figures")
+        .default(1.0)
+        .help("Springs and muscles are among the debug lines, where these are shown."),
 ];
 
 /// Of scales that mirror all that they can: reflectance, and how narrow it is; and of skin without.
@@ -107,6 +120,8 @@ impl Fish {
             pictures.push(picture);
             breeds.push(breed);
         }
+        let mut hosts: Vec<u32> = config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect();
+        hosts.extend(shoal.kinds().iter().flat_map(|kind| &kind.lives_in));
         Ok(Self {
             brush: Brush::new(&shoal),
             flows: Vec::with_capacity(shoal.fish().len()),
@@ -116,7 +131,7 @@ impl Fish {
             breeds,
             wears,
             materials,
-            hosts: config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect(),
+            hosts,
             anemones: Vec::new(),
             nodes: Vec::new(),
         })
@@ -192,13 +207,21 @@ impl Plugin for Fish {
         let (hosts, anemones) = (&self.hosts, &mut self.anemones);
         anemones.clear();
         let theirs = input.actors().iter().filter(|actor| hosts.contains(&actor.species));
-        anemones.extend(
-            theirs
-                .map(|actor| Anemone { position: DVec3::from(actor.position), radius: actor.radius.into() }),
-        );
+        anemones.extend(theirs.map(|actor| Anemone {
+            id: actor.id,
+            species: actor.species,
+            position: DVec3::from(actor.position),
+            radius: actor.radius.into(),
+        }));
         self.shoal.step(&Surroundings {
             flow: input.flow(),
             bed: input.heightfield(),
+            waves: Waves {
+                trains: input.waves(),
+                depth: input.water().depth.into(),
+                factor: input.param(id::WAVES) as f32,
+                camera: Some(input.camera()),
+            },
             obstacles: input.obstacles(),
             surface: 0.0,
             hosts: anemones,
@@ -239,7 +262,7 @@ impl Plugin for Fish {
         let near = shoal.fish().iter().filter(|fish| fish.near).count();
         input.host().figure("fish", fish as f64);
         input.host().figure("bodies stepped", near as f64);
-        if input.wants_debug() {
+        if input.wants_debug() && input.param(id::SPRINGS) >= 0.5 {
             let mut lines = Vec::new();
             for (number, own) in shoal.fish().iter().enumerate() {
                 let springs = shoal.kinds()[own.kind as usize].plan.body().springs().len();
@@ -264,7 +287,6 @@ impl Plugin for Fish {
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
         let problem = |problem: String| StateError::Refused(format!("the saved state {problem}"));
-        self.dressed = false;
         self.shoal.load(&State::read(state)?).map_err(problem)
     }
 }

@@ -52,16 +52,16 @@ impl Stock {
         let breeds: Vec<(String, Arc<Breed>)> = breeds.into_iter().collect();
         let number = |name: &str| breeds.iter().position(|(known, _)| known == name);
         let kind = |(_, breed): &(String, Arc<Breed>)| {
-            let mind = breed.species().mind.clone();
             // A species that is not here is nobody's prey.
-            let prey = mind.prey.iter().filter_map(|name| number(name)).map(|prey| prey as u32).collect();
-            Kind {
-                plan: breed.plan().clone(),
-                gait: breed.gait().clone(),
-                carries: breed.species().carries.clone(),
-                mind,
-                prey,
-            }
+            let prey = breed
+                .species()
+                .mind
+                .prey
+                .iter()
+                .filter_map(|name| number(name))
+                .map(|prey| prey as u32)
+                .collect();
+            Kind::made(breed.species(), breed.plan().clone(), breed.gait().clone(), prey)
         };
         let kinds = breeds.iter().map(kind).collect();
         let habitats = config.groups.iter().map(habitat).collect();
@@ -116,9 +116,13 @@ fn place(group: &Group, [kind, number]: [u32; 2], seed: u64, variation: f64, sta
         let position = match group.position {
             None => low + inner + (high - low - 2.0 * inner) * share,
             Some(at) => {
-                // Into the ball: what lies outside of it comes nearer.
-                let off = 2.0 * share - 1.0;
-                let off = off / off.length().max(1.0) * group.around;
+                // All over the ball: the greatest of three is spread as the cube's root is.
+                let mut own = Random::new(mix(seed), u64::from(i));
+                let far = own.unit().max(own.unit()).max(own.unit()) * group.around;
+                let up = own.signed();
+                let (cos, sin) = reef_flow::math::cos_sin_f64(core::f64::consts::PI * own.signed());
+                let level = (1.0 - up * up).sqrt();
+                let off = DVec3::new(level * cos, up, level * sin) * far;
                 (DVec3::from(at) + off).max(low.lerp(high, 1e-3)).min(high.lerp(low, 1e-3))
             }
         };

@@ -150,8 +150,8 @@ pub struct Mind {
     /// How much it wanders.
     #[schemars(range(min = 0.0, max = 5.0))]
     pub wander: f64,
-    /// Speed without haste, as a share of its top speed.
-    #[schemars(range(min = 0.05, max = 1.0))]
+    /// Speed without haste, as a share of its top speed. 0: it hovers.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub cruise: f64,
     /// Species that it hunts, and that flee from it.
     #[schemars(length(max = 20))]
@@ -160,9 +160,13 @@ pub struct Mind {
     pub hunger: bool,
     /// It courts others of its kind from time to time.
     pub mating: bool,
-    /// How far it leaves its anemone, in lengths; from a predator it goes back to it. 0: it has none.
+    /// How far it leaves its home, in lengths; from a predator it goes back to it. 0: it has none.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub home: f64,
+    /// Species, as of anemones, that it lives in: the nearest of them in its box is its home, rather one
+    /// without other fish. A home that a group gives comes first.
+    #[schemars(length(max = 20))]
+    pub lives_in: Vec<String>,
 }
 
 impl Default for Mind {
@@ -179,6 +183,7 @@ impl Default for Mind {
             hunger: false,
             mating: false,
             home: 0.0,
+            lives_in: Vec::new(),
         }
     }
 }

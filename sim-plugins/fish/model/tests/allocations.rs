@@ -5,7 +5,7 @@ use reef_fish_model::{
     Plan,
     body::{Body, Profile},
     material::{Beat, Drive, Material},
-    shoal::{Habitat, Host, Kind, Shoal, Start, Surroundings},
+    shoal::{Habitat, Host, Kind, Shoal, Start, Surroundings, Waves},
     species::{Singularity, Species},
     tank::{Stepping, Swimmer, Tank},
 };
@@ -62,6 +62,13 @@ fn a_step_of_a_shoal_allocates_nothing_once_warm() {
     let current =
         Flow { kind: abi::FLOW_DIRECTIONAL, axis: [1.0, 0.0, 0.0], strength: 0.05, ..Flow::default() };
     let rock = Obstacle { from: [0.0, -5.0, 0.0], radius: 0.5, ..Obstacle::default() };
+    let wave = abi::Wave {
+        amplitude: 0.2,
+        wave_number: 0.3,
+        frequency: 1.6,
+        direction: [1.0, 0.0],
+        ..abi::Wave::default()
+    };
     let mut flow = Vec::with_capacity(300);
     let mut counts = 0;
     let mut emitted = 0;
@@ -71,9 +78,15 @@ fn a_step_of_a_shoal_allocates_nothing_once_warm() {
         let around = Surroundings {
             flow: &flow,
             bed: None,
+            waves: Waves { trains: &[wave], depth: 9.0, factor: 1.0, camera: None },
             obstacles: &[rock],
             surface: 0.0,
-            hosts: &[Host { position: DVec3::new(0.0, -5.0, 0.0), radius: 2.0 }],
+            hosts: &[Host {
+                position: DVec3::new(0.0, -5.0, 0.0),
+                radius: 2.0,
+                id: 1,
+                species: abi::fnv1a_32(b"host"),
+            }],
             eye: DVec3::new(swing * (f64::from(step) * 0.05).sin(), -5.0, 0.0),
             near: 2.5,
             dt: 1.0 / 60.0,

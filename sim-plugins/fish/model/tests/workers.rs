@@ -5,7 +5,7 @@ use reef_fish_model::{
     Plan,
     body::{Body, Profile},
     material::{Beat, Drive, Material},
-    shoal::{Habitat, Host, Kind, Shoal, Start, State, Surroundings},
+    shoal::{Habitat, Host, Kind, Shoal, Start, State, Surroundings, Waves},
     species::{Singularity, Species},
     tank::{Stepping, Swimmer, Tank},
 };
@@ -42,6 +42,7 @@ fn bodies_are_the_same_bytes_with_one_worker_or_four() {
 fn shoal(workers: Workers<'_>) -> (State, Vec<Flow>) {
     let mut species = Species::default();
     species.carries.kind = Singularity::Hole;
+    (species.mind.home, species.mind.lives_in) = (4.0, vec!["host".into()]);
     let kinds = [Vec::new(), vec![0]].map(|prey| Kind::new(&species, prey).expect("a kind"));
     let low = DVec3::new(-4.0, -9.0, -4.0);
     let start = |i: u32| {
@@ -62,13 +63,26 @@ fn shoal(workers: Workers<'_>) -> (State, Vec<Flow>) {
     let mut shoal = Shoal::new(kinds.to_vec(), vec![habitat], &starts).expect("a shoal");
     let current =
         Flow { kind: abi::FLOW_DIRECTIONAL, axis: [1.0, 0.0, 0.0], strength: 0.05, ..Flow::default() };
+    let wave = abi::Wave {
+        amplitude: 0.2,
+        wave_number: 0.3,
+        frequency: 1.6,
+        direction: [1.0, 0.0],
+        ..abi::Wave::default()
+    };
     for _ in 0..60 {
         shoal.step(&Surroundings {
             flow: &[current],
             bed: None,
+            waves: Waves { trains: &[wave], depth: 9.0, factor: 1.0, camera: None },
             obstacles: &[],
             surface: 0.0,
-            hosts: &[Host { position: DVec3::new(0.0, -5.0, 0.0), radius: 0.3 }],
+            hosts: &[Host {
+                position: DVec3::new(0.0, -5.0, 0.0),
+                radius: 0.3,
+                id: 1,
+                species: abi::fnv1a_32(b"host"),
+            }],
             eye: DVec3::new(0.0, -5.0, 0.0),
             near: 2.0,
             dt: 1.0 / 60.0,

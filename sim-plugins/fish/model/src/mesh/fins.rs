@@ -18,6 +18,8 @@ const SUNK: f64 = 0.12;
 /// ones.
 const PECTORAL: f64 = -0.25;
 const PELVIC: f64 = -0.86;
+/// How straight the tail fin's upper and lower edges are: so straight that the springs to its corners stay within.
+const STRAIGHT: f64 = 0.9;
 /// How much wider than its root a paired fin is at its end, as a share of its length.
 const FAN: f64 = 0.9;
 
@@ -37,6 +39,12 @@ impl Draft<'_> {
     /// All fins; how far they stray from their surfaces [m].
     pub(super) fn fins(&mut self, species: &Species, size: [u32; 2]) -> f64 {
         let Look { dorsal, anal, pectoral, pelvic, fork, .. } = &species.look;
+        if size[0] == 0 {
+            // What is left out strays by as much as it stands out.
+            let most = species.look.fins().iter().map(|(_, fin)| fin.height).fold(0.0, f64::max);
+            return self.tail(species, *fork, [1, 1]).max(most * self.outline.length);
+        }
+        let tail = size.map(|count| 2 * count);
         let mut strays: f64 = 0.0;
         for (fin, side) in [(dorsal, 1.0), (anal, -1.0)] {
             strays = strays.max(self.ridge(fin, side, size));
@@ -45,7 +53,7 @@ impl Draft<'_> {
             strays = strays.max(self.paired(pectoral, [PECTORAL, 0.93, -0.25, 0.55], side, size));
             strays = strays.max(self.paired(pelvic, [PELVIC, 0.4, -0.7, 0.3], side, size));
         }
-        strays.max(self.tail(species, *fork, size))
+        strays.max(self.tail(species, *fork, tail))
     }
 
     fn sheet(
@@ -104,7 +112,7 @@ impl Draft<'_> {
     }
 
     /// The tail fin, upright or level.
-    fn tail(&mut self, species: &Species, fork: f64, [rows, columns]: [u32; 2]) -> f64 {
+    fn tail(&mut self, species: &Species, fork: f64, size: [u32; 2]) -> f64 {
         let outline = self.outline;
         let (span, level) = (species.body.half_span, species.body.level_fin);
         let root = outline.last() + 0.15 * (outline.end - outline.last());
@@ -115,7 +123,7 @@ impl Draft<'_> {
             // The rays of the middle are shorter, or longer.
             let edge = 1.0 - fork * (1.0 - root) * (1.0 - across * across);
             let v = root + (edge - root) * b;
-            let half = stalk + (span - stalk) * b * (0.6 + 0.4 * b);
+            let half = stalk + (span - stalk) * b * (STRAIGHT + (1.0 - STRAIGHT) * b);
             let x = outline.x(v);
             if level { DVec3::new(x, 0.0, across * half) } else { DVec3::new(x, across * half, 0.0) }
         };
@@ -123,6 +131,6 @@ impl Draft<'_> {
             let v = (root + (1.0 - root) * b).min(1.0);
             [across((2.0 * a - 1.0).abs() * 0.8), v]
         };
-        self.sheet(None, &at, &uv, [2 * rows, 2 * columns])
+        self.sheet(None, &at, &uv, size)
     }
 }

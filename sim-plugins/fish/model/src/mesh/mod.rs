@@ -31,7 +31,7 @@ pub const BONES: usize = 4;
 struct Fineness {
     /// Rings of the body, and vertices of a ring.
     body: [u32; 2],
-    /// Rows and columns of fins.
+    /// Rows and columns of fins; 0: only the tail's is there.
     fin: [u32; 2],
     /// Rows and columns of eyes; 0: there are none.
     eye: [u32; 2],
@@ -39,11 +39,16 @@ struct Fineness {
     influences: u32,
 }
 
-const LEVELS: [Fineness; 3] = [
+/// The last two are for shoals: a thousand of them cost what one of the first does.
+const LEVELS: [Fineness; 5] = [
     Fineness { body: [44, 24], fin: [12, 4], eye: [4, 12], influences: 4 },
     Fineness { body: [20, 12], fin: [6, 2], eye: [2, 6], influences: 4 },
-    Fineness { body: [9, 6], fin: [3, 1], eye: [0, 0], influences: 2 },
+    Fineness { body: [12, 8], fin: [4, 1], eye: [1, 4], influences: 2 },
+    Fineness { body: [7, 4], fin: [2, 1], eye: [0, 0], influences: 2 },
+    Fineness { body: [3, 4], fin: [0, 0], eye: [0, 0], influences: 1 },
 ];
+/// How often, and how far at first in cells, a nearer place of a surface is looked for.
+const NEARER: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
 /// Half of the step between two places by which a normal is found.
 const NUDGE: f64 = 2e-3;
 
@@ -179,12 +184,14 @@ impl Draft<'_> {
                 // In the middles of a quad, of its rear edge and of its side.
                 let (x, y) = (share(2 * row + 1, 2 * rows), share(2 * column + 1, 2 * columns));
                 let (x1, y1) = (share(row + 1, rows), share(column + 1, columns));
+                let cell = [1.0 / f64::from(rows), 1.0 / f64::from(columns)];
                 let middles = [
-                    (place(a).midpoint(place(b + 1)), (patch.at)(x, y)),
-                    (place(b).midpoint(place(b + 1)), (patch.at)(x1, y)),
-                    (place(a + 1).midpoint(place(b + 1)), (patch.at)(x, y1)),
+                    (place(a).midpoint(place(b + 1)), [x, y]),
+                    (place(b).midpoint(place(b + 1)), [x1, y]),
+                    (place(a + 1).midpoint(place(b + 1)), [x, y1]),
                 ];
-                strays = middles.iter().map(|(flat, round)| flat.distance(*round)).fold(strays, f64::max);
+                let off = middles.iter().map(|(flat, place)| distance(patch.at, *flat, *place, cell));
+                strays = off.fold(strays, f64::max);
             }
         }
         strays
@@ -211,6 +218,23 @@ impl Draft<'_> {
         self.shape.joints.extend(joints);
         self.shape.weights.extend(weights);
     }
+}
+
+/// How far a place is from a surface [m], which is looked for around a place of the unit square, less than a
+/// cell from it.
+fn distance(at: Surface<'_>, flat: DVec3, [mut x, mut y]: [f64; 2], cell: [f64; 2]) -> f64 {
+    let mut least = at(x, y).distance(flat);
+    for step in NEARER {
+        for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let (u, v) =
+                ((x + dx * step * cell[0]).clamp(0.0, 1.0), (y + dy * step * cell[1]).clamp(0.0, 1.0));
+            let off = at(u, v).distance(flat);
+            if off < least {
+                (least, x, y) = (off, u, v);
+            }
+        }
+    }
+    least
 }
 
 /// No part of the body takes its colour from nearer to the picture's seams.

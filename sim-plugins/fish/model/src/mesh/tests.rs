@@ -39,11 +39,15 @@ fn levels_are_coarser_one_after_the_other_and_say_how_far_they_stray() {
     let (shape, _) = grown(&Species::default());
     assert_eq!(shape.levels.len(), LEVELS.len());
     for pair in shape.levels.windows(2) {
-        assert!(pair[1].index_count * 3 < pair[0].index_count && pair[1].error > pair[0].error);
+        assert!(pair[1].index_count * 2 < pair[0].index_count && pair[1].error > pair[0].error);
     }
     let length = Species::default().plan().expect("a body").body().length() as f32;
-    let [_, middle, coarse] = [0, 1, 2].map(|level| shape.levels[level].error / length);
-    assert!((1e-3..0.03).contains(&middle) && coarse < 0.1, "{middle} {coarse}");
+    let errors: Vec<f32> = shape.levels.iter().map(|level| level.error / length).collect();
+    let counts: Vec<u32> = shape.levels.iter().map(|level| level.vertex_count).collect();
+    println!("{errors:?} {counts:?}");
+    let most = [1e-6, 0.01, 0.02, 0.05, 0.2];
+    assert!(errors.iter().zip(most).all(|(error, most)| *error < most), "{errors:?}");
+    assert!(errors[1] > 5e-4 && counts[4] <= 40, "{errors:?} {counts:?}");
 }
 
 #[test]
@@ -81,7 +85,8 @@ fn a_fin_of_no_height_is_left_out() {
         species.look.dorsal.height = height;
         grown(&species).0.vertices.len()
     };
-    let fin: u32 = LEVELS.iter().map(|fine| (fine.fin[0] + 1) * (fine.fin[1] + 1)).sum();
+    let with = LEVELS.iter().filter(|fine| fine.fin[0] > 0);
+    let fin: u32 = with.map(|fine| (fine.fin[0] + 1) * (fine.fin[1] + 1)).sum();
     // Front and back.
     assert_eq!(bare(0.1) - bare(0.0), 2 * fin as usize);
 }

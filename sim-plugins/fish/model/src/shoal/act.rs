@@ -273,9 +273,10 @@ fn drive(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) -> Drive {
         let wanted = if wanted.is_finite() { wanted.clamp(-most, most) } else { 0.0 };
         *bias += (wanted - *bias) * share;
     }
+    let beat = gait.beat(f64::from(wish.speed) / fish.size);
     Drive {
-        speed: gait.beat(f64::from(wish.speed) / fish.size),
-        force: gait.force,
+        speed: beat,
+        force: gait.force * gait.effort(beat),
         yaw: f64::from(fish.bias[0]),
         pitch: f64::from(fish.bias[1]),
     }

@@ -17,6 +17,7 @@ use super::{
     steer::{self, Own, Whims, Wishes},
     turn::Pace,
     walls::{self, Body, Off},
+    waves::{Sixteens, Swaying},
 };
 use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
 
@@ -59,6 +60,7 @@ pub(super) struct Scene<'a> {
     pub(super) boxes: &'a [[Vec3; 2]],
     pub(super) anchor: DVec3,
     pub(super) field: &'a Field,
+    pub(super) swaying: &'a Swaying,
     pub(super) whims: Whims,
     /// The highest of the bed [m, world].
     pub(super) bed_top: f64,
@@ -74,6 +76,7 @@ pub(super) struct Scratch {
     cell: Option<[i32; 3]>,
     water: Packed,
     obstacles: Vec<u32>,
+    waves: Sixteens,
 }
 
 impl Scratch {
@@ -116,6 +119,12 @@ impl Scene<'_> {
         (kind, first): (usize, usize),
         wishes: &mut [Wish],
     ) {
+        let grid = &self.grids[kind];
+        let places = first..first + wishes.len();
+        let own = grid.slots[places.clone()].iter().zip(&grid.length[places]);
+        let fish = |slot: &u32| &self.fish[(self.firsts[kind] + slot) as usize];
+        let own = own.map(|(slot, length)| (fish(slot), f64::from(*length)));
+        self.swaying.feel(&self.around.waves, level, own, &mut scratch.waves);
         reef_flow::dispatch!(level, simd => decide(simd, self, scratch, kind, first, wishes));
     }
 }
@@ -130,7 +139,7 @@ fn decide<S: Simd>(
     wishes: &mut [Wish],
 ) {
     for (eight, wishes) in wishes.chunks_mut(8).enumerate() {
-        eight_wishes(simd, scene, scratch, kind, first + 8 * eight, wishes);
+        eight_wishes(simd, scene, scratch, kind, (first, 8 * eight), wishes);
     }
 }
 
@@ -140,9 +149,10 @@ fn eight_wishes<S: Simd>(
     scene: &Scene<'_>,
     scratch: &mut Scratch,
     kind: usize,
-    first: usize,
+    (chunk, within): (usize, usize),
     wishes: &mut [Wish],
 ) {
+    let first = chunk + within;
     let (grid, habits) = (&scene.grids[kind], &scene.habits[kind]);
     let places = first..first + wishes.len();
     let eight = gathered(simd, grid, first, wishes.len());
@@ -165,8 +175,9 @@ fn eight_wishes<S: Simd>(
         own.speed.0[lane] = fish.speed;
         point.0[lane] = f32::from(u8::from(!fish.near));
         if habits.home > 0.0 {
-            let home = fish.home.map_or(Vec3::ZERO, |home| (home - fish.position).as_vec3());
-            own.has_home.0[lane] = f32::from(u8::from(fish.home.is_some()));
+            let home = fish.home();
+            own.has_home.0[lane] = f32::from(u8::from(home.is_some()));
+            let home = home.map_or(Vec3::ZERO, |home| (home - fish.position).as_vec3());
             (0..3).for_each(|axis| own.home[axis].0[lane] = home[axis]);
         }
         let corners = &scene.boxes[fish.habitat as usize];
@@ -177,13 +188,17 @@ fn eight_wishes<S: Simd>(
         }
     }
     let sight = look(simd, scene, scratch, kind, &eight);
-    let (water, [mut avoid, touch]) = stand(simd, scene, scratch, &eight, habits, places.len());
+    let (mut water, off) = stand(simd, scene, scratch, &eight, habits, places.len());
+    if let Some(swell) = swell(simd, scene, scratch, within, places.len()) {
+        water = at_most(simd, add(water, swell), splat(simd, FASTEST_WATER));
+    }
     let surface = splat(simd, (scene.around.surface - scene.anchor.y) as f32);
     let top = surface - eight.length * splat(simd, 0.5 * habits.height);
     let bounds = [load3(simd, &bounds[0]), load3(simd, &bounds[1])];
-    avoid = add(avoid, walls::boxed(simd, eight.at, bounds, top, eight.length));
+    let walls = walls::boxed(simd, eight.at, bounds, top, eight.length);
+    let off = [add(off[0], walls[0]), add(off[1], walls[1])];
     let own = &scratch.own;
-    let wish = steer::wish(simd, habits, &eight, own, &sight, [avoid, touch], &scene.whims);
+    let wish = steer::wish(simd, habits, &eight, own, &sight, off, &scene.whims);
     let pace = &scene.paces[kind];
     let point = load(simd, &point).simd_gt(splat(simd, 0.0));
     let is = load(simd, &own.speed);
@@ -192,6 +207,27 @@ fn eight_wishes<S: Simd>(
     let way = crate::lanes::select(point, turned, wish.way);
     let beats = pace.beats(simd, habits, eight.length, speed);
     scatter(&wish, (way, add(wish.push, water)), [speed, beats], wishes);
+}
+
+/// What the waves do to eight fish from a place of their chunk on, of whom `count` are there [m/s]; None:
+/// there are none.
+#[inline(always)]
+fn swell<S: Simd>(
+    simd: S,
+    scene: &Scene<'_>,
+    scratch: &Scratch,
+    within: usize,
+    count: usize,
+) -> Option<Vector<S>> {
+    if scene.swaying.is_still() {
+        return None;
+    }
+    let mut swell = [Lane::default(); 3];
+    for lane in 0..count {
+        let felt = scene.swaying.of(&scratch.waves, within + lane);
+        (0..3).for_each(|axis| swell[axis].0[lane] = felt[axis]);
+    }
+    Some(load3(simd, &swell))
 }
 
 /// Eight fish from a place on, of whom `count` are there.

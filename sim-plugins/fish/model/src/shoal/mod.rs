@@ -13,12 +13,15 @@ mod carry;
 mod decide;
 mod grid;
 mod habits;
+mod homes;
+mod kind;
 mod perceive;
 mod poses;
 mod state;
 mod steer;
 mod turn;
 mod walls;
+mod waves;
 
 use glam::{DVec3, Vec3};
 use reef_flow::{Field, Level};
@@ -27,57 +30,19 @@ use reef_sdk::{
     abi::{Flow, Obstacle},
 };
 
-use crate::{
-    Plan,
-    body::BodyError,
-    gait::Gait,
-    species::{Carried, Mind, Species},
-    tank::{Swimmer, Tank},
-};
+use crate::tank::{Swimmer, Tank};
 
 use decide::{Scene, Scratch, Wish};
 use grid::{Grid, Seen};
 use habits::Habits;
+pub use homes::Home;
+use homes::Register;
+pub use kind::Kind;
 pub use state::State;
 use steer::Whims;
 use turn::Pace;
-
-/// What all fish of a species share.
-#[derive(Clone, Debug)]
-pub struct Kind {
-    /// Its body.
-    pub plan: Plan,
-    /// How it swims.
-    pub gait: Gait,
-    /// How it behaves.
-    pub mind: Mind,
-    /// What it carries.
-    pub carries: Carried,
-    /// Kinds that it hunts, by their numbers.
-    pub prey: Vec<u32>,
-}
-
-impl Kind {
-    /// A species that hunts those kinds.
-    ///
-    /// # Errors
-    /// The key that is wrong, and what is allowed.
-    pub fn new(species: &Species, prey: Vec<u32>) -> Result<Self, BodyError> {
-        let plan = species.plan()?;
-        let gait = Gait::of(species, &plan)?;
-        Ok(Self { plan, gait, mind: species.mind.clone(), carries: species.carries.clone(), prey })
-    }
-
-    /// At a size of 1 [m].
-    pub fn length(&self) -> f64 {
-        self.plan.body().length()
-    }
-
-    /// How far it sees, in lengths.
-    fn range(&self) -> f32 {
-        self.mind.range as f32
-    }
-}
+use waves::Swaying;
+pub use waves::Waves;
 
 /// A box that fish do not leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +66,7 @@ pub struct Start {
     pub size: f64,
     /// By its number.
     pub habitat: u32,
-    /// Its anemone [m, world]; counts where its species has a `home`.
+    /// Its home, if it is given [m, world]; counts where its species has a `home`.
     pub home: Option<DVec3>,
     /// Of its whims.
     pub seed: u64,
@@ -115,7 +80,10 @@ pub struct Fish {
     /// Its number among those of its species.
     slot: u32,
     habitat: u32,
-    home: Option<DVec3>,
+    /// A home that is given by hand [m, world].
+    given: Option<DVec3>,
+    /// The anemone that it lives in.
+    home: Option<Home>,
     seed: u64,
     /// Over that of the species.
     pub size: f64,
@@ -148,8 +116,12 @@ pub struct Fish {
 }
 
 /// An anemone, or what else feels what fish carry.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Host {
+    /// By which it is known from step to step.
+    pub id: u64,
+    /// Of its species' name.
+    pub species: u32,
     /// [m, world]
     pub position: DVec3,
     /// [m]
@@ -163,6 +135,8 @@ pub struct Surroundings<'a> {
     pub flow: &'a [Flow],
     /// The sea bed.
     pub bed: Option<Heightfield<'a>>,
+    /// Wave trains.
+    pub waves: Waves<'a>,
     /// Rocks and what moves, as capsules.
     pub obstacles: &'a [Obstacle],
     /// y of still water [m].
@@ -203,6 +177,8 @@ pub struct Shoal {
     paces: Vec<Pace>,
     /// Corners of the habitats, relative to the anchor [m].
     boxes: Vec<[Vec3; 2]>,
+    register: Register,
+    swaying: Swaying,
     /// Kind by kind, in the order of its grid; where each job's part begins, and its kind and first place.
     wishes: Vec<Wish>,
     bounds: Vec<usize>,
@@ -255,6 +231,8 @@ impl Shoal {
             grids: Vec::new(),
             paces: Vec::with_capacity(kinds.len()),
             boxes: Vec::new(),
+            register: Register::default(),
+            swaying: Swaying::default(),
             bounds: vec![0],
             parts: Vec::new(),
             called: vec![false; starts.len().div_ceil(act::CHUNK)],
@@ -327,6 +305,8 @@ impl Shoal {
 
     /// What the workers share in this step.
     fn prepare(&mut self, around: &Surroundings<'_>) {
+        self.settle(around.hosts);
+        self.swaying.fill(&around.waves);
         let Self { fish, kinds, grids, anchor, firsts, habits, paces, flow, field, scratch, .. } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
@@ -357,7 +337,9 @@ impl Shoal {
 
     /// What each fish wants.
     fn wish(&mut self, around: &Surroundings<'_>) {
-        let Self { fish, habits, grids, paces, firsts, boxes, anchor, field, scratch, wishes, .. } = self;
+        let Self {
+            fish, habits, grids, paces, firsts, boxes, anchor, field, swaying, scratch, wishes, ..
+        } = self;
         let heights = around.bed.map_or(&[][..], |bed| bed.heights);
         let bed_top = f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
         let scene = Scene {
@@ -370,6 +352,7 @@ impl Shoal {
             boxes,
             anchor: *anchor,
             field,
+            swaying,
             whims: Whims::at(self.time),
             bed_top,
             longest: grids.iter().map(|grid| f64::from(grid.longest())).fold(0.0, f64::max),
@@ -379,22 +362,6 @@ impl Shoal {
         around.workers.for_each_part_with(scratch, split, |scratch, part, wishes| {
             scene.decide(around.level, scratch, parts[part], wishes);
         });
-    }
-}
-
-impl Kind {
-    /// Its greatest extent from top to bottom at a size of 1, its fin left out [m].
-    fn height(&self) -> f64 {
-        let body = self.plan.body();
-        let lifted = body.nodes().iter().zip(body.lift()).map(|(at, lift)| at.y * f64::from(*lift));
-        2.0 * lifted.fold(0.0, f64::max)
-    }
-
-    /// Side of the cells that its fish are sorted by, in lengths: a share of how far they usually take note of
-    /// each other.
-    fn cell(&self) -> f64 {
-        const SHARE: f64 = 0.7;
-        SHARE * f64::from(act::least_reach(self) * self.range()).sqrt()
     }
 }
 
@@ -412,7 +379,8 @@ fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
         kind: start.kind,
         slot,
         habitat: start.habitat,
-        home: start.home.filter(|_| kind.mind.home > 0.0),
+        given: start.home.filter(|_| kind.mind.home > 0.0),
+        home: None,
         seed: start.seed,
         size: start.size,
         position: start.position,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
 use super::{
-    FASTEST_WATER, Fish, Kind, Shoal,
+    FASTEST_WATER, Fish, Home, Kind, Shoal,
     act::{BLEND, least_reach},
     steer::{CARRIES, FRIGHT},
 };
@@ -25,11 +25,16 @@ pub struct State {
     pub near: Vec<u8>,
     /// Position and velocity of each node, and what it is off the gait: nine numbers [m, m/s, m].
     pub bodies: Vec<f32>,
+    /// Ids of the anemones that they live in; 0: none.
+    pub homes: Vec<u64>,
+    /// Where those are: three numbers a fish [m, world].
+    pub home_places: Vec<f64>,
 }
 
 const OF_PLACE: usize = 9;
 const OF_MIND: usize = 15;
 const OF_NODE: usize = 9;
+const OF_HOME: usize = 3;
 /// How far off 1 the squared length of a course may be, and by which share rounding passes a bound.
 const UNIT: f32 = 1e-3;
 const ROUNDED: f64 = 1e-5;
@@ -48,6 +53,8 @@ impl State {
         state.put("minds", &self.minds);
         state.put("near", &self.near);
         state.put("bodies", &self.bodies);
+        state.put("homes", &self.homes);
+        state.put("home_places", &self.home_places);
     }
 
     /// Out of it.
@@ -55,13 +62,22 @@ impl State {
     /// # Errors
     /// Something is missing or of another type.
     pub fn read(state: &mut StateReader) -> Result<Self, StateError> {
+        let nodes: Vec<u32> = state.get("nodes")?;
+        // Older states know of no homes.
+        let (homes, home_places) = if state.has("homes") {
+            (state.get("homes")?, state.get("home_places")?)
+        } else {
+            (vec![0; nodes.len()], vec![0.0; OF_HOME * nodes.len()])
+        };
         Ok(Self {
             time: state.get_one("time")?,
-            nodes: state.get("nodes")?,
+            nodes,
             places: state.get("places")?,
             minds: state.get("minds")?,
             near: state.get("near")?,
             bodies: state.get("bodies")?,
+            homes,
+            home_places,
         })
     }
 }
@@ -76,6 +92,8 @@ impl Shoal {
             let count = tank.positions(slot).len();
             state.nodes.push(count as u32);
             state.near.push(u8::from(fish.near));
+            state.homes.push(fish.home.map_or(0, |home| home.id));
+            state.home_places.extend(fish.home.map_or([0.0; OF_HOME], |home| home.place.to_array()));
             for place in [fish.position, swimmer.origin, swimmer.water] {
                 state.places.extend(place.to_array());
             }
@@ -113,6 +131,8 @@ impl Shoal {
             ("minds", state.minds.len(), OF_MIND * nodes.len()),
             ("near", state.near.len(), nodes.len()),
             ("bodies", state.bodies.len(), OF_NODE * all),
+            ("homes", state.homes.len(), nodes.len()),
+            ("home_places", state.home_places.len(), OF_HOME * nodes.len()),
         ];
         if let Some((name, is, must)) = lengths.iter().find(|(_, is, must)| is != must) {
             return Err(format!("`{name}` has {is} numbers in place of {must}"));
@@ -121,6 +141,10 @@ impl Shoal {
         let mut bodies = state.bodies.as_chunks::<OF_NODE>().0.iter();
         self.time = state.time;
         let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
+        let homes = state.homes.iter().zip(state.home_places.as_chunks::<OF_HOME>().0);
+        for (fish, (id, place)) in self.fish.iter_mut().zip(homes) {
+            fish.home = (*id != 0).then(|| Home { id: *id, place: (*place).into() });
+        }
         for ((fish, near), (place, mind)) in self.fish.iter_mut().zip(&state.near).zip(parts) {
             let slot = fish.slot as usize;
             let tank = &mut self.tanks[fish.kind as usize];
@@ -156,6 +180,7 @@ impl Shoal {
             return Err(format!("is of the time {} s; allowed: 0 and more", state.time));
         }
         let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
+        let homes = state.home_places.as_chunks::<OF_HOME>().0;
         let mut bodies = state.bodies.as_chunks::<OF_NODE>().0.iter();
         for (number, (((fish, nodes), near), (place, mind))) in
             self.fish.iter().zip(&state.nodes).zip(&state.near).zip(parts).enumerate()
@@ -170,7 +195,9 @@ impl Shoal {
             let off = |at: DVec3| at.distance(at.clamp(habitat.low, habitat.high));
             let [course, water] = [0, 4].map(|from| Vec3::from_slice(&mind[from..from + 3]));
             let unit = course.length_squared();
+            let home = DVec3::from(homes[number]);
             let lengths = [
+                ("has its home away from the middle of the world [m]", home.length(), FARTHEST),
                 ("is away from its habitat [m]", off(at(0)), FARTHEST),
                 ("has its origin away from its habitat [m]", off(at(3)), FARTHEST),
                 ("has a body in water of [m/s]", at(6).length(), bounds.water),

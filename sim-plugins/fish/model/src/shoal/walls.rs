@@ -10,6 +10,9 @@ use crate::lanes::Vector;
 /// How near to a wall a fish begins to turn, in its lengths, and at most as a share of the habitat.
 const MARGIN: f32 = 3.0;
 const MOST_MARGIN: f32 = 0.35;
+/// How near to a wall the water carries it off, in its lengths, and at most as a share of the habitat.
+const TOUCHING: f32 = 0.25;
+const MOST_TOUCHING: f32 = 0.05;
 /// How far ahead it looks for rocks and the bed, in its lengths.
 const LOOK_AHEAD: f64 = 1.5;
 /// How far it keeps from them, in its lengths.
@@ -17,7 +20,8 @@ const CLEAR: f64 = 1.5;
 /// How strongly it turns at a wall.
 const STRENGTH: f32 = 4.0;
 
-/// The way off the walls of boxes, from 0 at the margin to [`STRENGTH`] at the wall, and on behind it.
+/// The way off the walls of boxes, from 0 at the margin to [`STRENGTH`] at the wall, and on behind it; and how
+/// strongly the water carries off it whoever is too heavy, or too frightened, to turn in time, 0..1.
 /// `low`, `high`: corners as `at` [m]; the surface is a wall at `top` [m] for the middle of a fish.
 #[inline(always)]
 pub(super) fn boxed<S: Simd>(
@@ -26,18 +30,24 @@ pub(super) fn boxed<S: Simd>(
     [low, high]: [Vector<S>; 2],
     top: f32x8<S>,
     length: f32x8<S>,
-) -> Vector<S> {
-    let mut urge = [splat(simd, 0.0); 3];
+) -> [Vector<S>; 2] {
+    let [mut urge, mut push] = [[splat(simd, 0.0); 3]; 2];
     for axis in 0..3 {
-        let most = (high[axis] - low[axis]) * splat(simd, MOST_MARGIN);
-        let margin = (length * splat(simd, MARGIN)).min(most).max(splat(simd, 1e-6));
-        let per = splat(simd, 1.0) / margin;
-        let high = if axis == 1 { high[1].min(top) } else { high[axis] };
+        let extent = high[axis] - low[axis];
         let one = splat(simd, 1.0);
-        urge[axis] =
-            near(simd, one - (at[axis] - low[axis]) * per) - near(simd, one - (high - at[axis]) * per);
+        let per = |lengths: f32, share: f32| {
+            let most = extent * splat(simd, share);
+            one / (length * splat(simd, lengths)).min(most).max(splat(simd, 1e-6))
+        };
+        let high = if axis == 1 { high[1].min(top) } else { high[axis] };
+        let (below, above) = (at[axis] - low[axis], high - at[axis]);
+        let margin = per(MARGIN, MOST_MARGIN);
+        urge[axis] = near(simd, one - below * margin) - near(simd, one - above * margin);
+        let touching = per(TOUCHING, MOST_TOUCHING);
+        let depth = |gap: f32x8<S>| clamp(one - gap * touching, splat(simd, 0.0), one);
+        push[axis] = depth(below) - depth(above);
     }
-    urge
+    [urge, push]
 }
 
 #[inline(always)]

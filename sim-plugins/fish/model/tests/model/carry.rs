@@ -29,7 +29,7 @@ fn passing(species: &Species, near: f64) -> (Vec<Option<Flow>>, DVec3) {
         seed: 1,
     };
     let mut shoal = Shoal::new(vec![kind], vec![habitat(40.0)], &[start]).expect("a shoal");
-    let hosts = [Host { position: DVec3::new(0.0, -5.2, 0.0), radius: 0.1 }];
+    let hosts = [Host { position: DVec3::new(0.0, -5.2, 0.0), radius: 0.1, ..Host::default() }];
     let mut flows: Vec<Option<Flow>> = Vec::new();
     for _ in 0..(60.0 / DT) as usize {
         let mut own: Vec<Flow> = flows.last().copied().flatten().into_iter().collect();
@@ -95,7 +95,10 @@ fn a_faster_fish_carries_more() {
         for _ in 0..600 {
             // The anemone is always as near.
             let position = shoal.fish()[0].position - DVec3::Y * 0.2;
-            shoal.step(&Surroundings { hosts: &[Host { position, radius: 0.1 }], ..around(0.0) });
+            shoal.step(&Surroundings {
+                hosts: &[Host { position, radius: 0.1, ..Host::default() }],
+                ..around(0.0)
+            });
         }
         shoal.flows()[0].strength
     };

@@ -67,6 +67,14 @@ fn a_swimming_fish_keeps_its_frames_unit_and_bends_them() {
         let way = |i: usize| Quat::from_array(frames[i].joint.rotation) * Vec3::X;
         assert!((0..7).all(|i| (Quat::from_array(frames[i].joint.rotation).length() - 1.0).abs() < 1e-5));
         most = most.max(way(1).angle_between(way(5)));
+        // The tail fin's corners are its nodes.
+        let fin = frames[6].joint;
+        for node in [21, 22] {
+            let at = |node: usize| plan.body().nodes()[node].as_vec3();
+            let rest = at(node) - 0.5 * (at(21) + at(22));
+            let corner = Vec3::from(fin.translation) + fin.scale * (Quat::from_array(fin.rotation) * rest);
+            assert!(corner.distance(Vec3::from(tank.positions(0)[node])) < 1e-6, "{corner}");
+        }
     }
     println!("bends by up to {most:.2} rad");
     assert!(most > 0.1);

@@ -5,12 +5,14 @@ mod carry;
 mod equations;
 mod extremes;
 mod frames;
+mod homes;
 mod library;
 mod mind;
 mod poses;
 mod shoal;
 mod species;
 mod swimming;
+mod waves;
 
 use glam::DVec3;
 use reef_fish_model::{

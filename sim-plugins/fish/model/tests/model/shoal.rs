@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use reef_fish_model::{
-    shoal::{Habitat, Kind, Shoal, Start, Surroundings},
+    shoal::{Habitat, Kind, Shoal, Start, Surroundings, Waves},
     species::Species,
 };
 use reef_flow::{Level, random::Random};
@@ -15,6 +15,7 @@ pub(crate) fn around(near: f64) -> Surroundings<'static> {
     Surroundings {
         flow: &[],
         bed: None,
+        waves: Waves::default(),
         obstacles: &[],
         surface: 0.0,
         hosts: &[],
