@@ -37,7 +37,8 @@ fn sea(name: &str, plugins: &Registry, history: usize) -> World {
 
 /// Sets some parameter of each module to this place in its range.
 fn set(world: &mut World, share: f64) {
-    for module in 0..world.modules().len() {
+    let count = world.modules().len();
+    for module in 0..count {
         let params = &world.instance(module).expect("a module").info().params;
         let found = params.iter().find(|param| param.kind == ParamKind::Float);
         let Some(param) = found else { continue };
@@ -114,13 +115,15 @@ fn a_jump_ends_where_playing_ends_for_every_module() {
     for scene in scenes() {
         let mut world = sea(&scene, &plugins, 256 << 20);
         let played = play(&mut world, LAST);
+        let journal = world.journal().clone();
         assert!(world.memory().states > 5, "{scene}: {:?}", world.memory());
         for to in [140, 3, 139, 0, 1, LAST, 77, 91, 90, 65, 21, 20, 149] {
             jump(&mut world, to);
             assert!(hash(&mut world) == played[to as usize], "{scene}: step {to}");
         }
         assert_eq!(world.memory().to, LAST, "{scene}");
-        assert_eq!(world.journal().entries.iter().filter(|entry| entry.step <= 21).count(), 1, "{scene}");
+        jump(&mut world, LAST);
+        assert_eq!(*world.journal(), journal, "{scene}");
     }
 }
 

@@ -161,9 +161,11 @@ impl World {
             self.begin_again();
         }
         let from = self.clock.step;
-        let entries = &mut self.journal.entries;
-        let later = entries.split_off(entries.partition_point(|entry| entry.step <= from));
-        later.into_iter().rev().for_each(|entry| self.replay.push_front(entry));
+        // A way forward leaves what came on it behind, too.
+        let mut entries = std::mem::take(&mut self.journal.entries);
+        entries.extend(self.replay.drain(..));
+        self.replay.extend(entries.drain(entries.partition_point(|entry| entry.step <= from)..));
+        self.journal.entries = entries;
         self.relived = true;
         self.journal.header.from_step = self.journal.header.from_step.min(from);
         self.journal.end = from;
