@@ -116,7 +116,7 @@ fn a_jump_ends_where_playing_ends_for_every_module() {
         let mut world = sea(&scene, &plugins, 256 << 20);
         let played = play(&mut world, LAST);
         let journal = world.journal().clone();
-        assert!(world.memory().states > 5, "{scene}: {:?}", world.memory());
+        assert!(world.memory().states > 1, "{scene}: {:?}", world.memory());
         for to in [140, 3, 139, 0, 1, LAST, 77, 91, 90, 65, 21, 20, 149] {
             jump(&mut world, to);
             assert!(hash(&mut world) == played[to as usize], "{scene}: step {to}");
@@ -186,7 +186,7 @@ fn a_way_is_walked_picture_by_picture_and_stops_when_asked() {
     timeline.paused = true;
     timeline.go_to(70).expect("all modules run");
     let from = timeline.way().expect("it is on the way").from;
-    assert!(from < 70 && 70 - from <= 2 * reef_sea::step::history::EVERY, "{from}");
+    assert!((1..70).contains(&from), "{from}");
     while timeline.way().is_some() {
         assert!(timeline.advance(0.0) > 0);
     }
