@@ -304,6 +304,8 @@ struct Shell<T> {
     config: Vec<u8>,
     /// The value that the last load replaced, for the next one, and how many steps it is kept for.
     spare: Option<(T, u32)>,
+    /// Bytes of the last state that was saved.
+    saved: usize,
     /// The message of a panic that left the plugin's value in an unknown state.
     broken: Option<String>,
 }
@@ -347,7 +349,16 @@ impl<T: Plugin> Shell<T> {
         let (scene, parsed): (SceneInfo, T::Config) = config::parse(&config)?;
         let plugin = T::create(&host, &scene, parsed)?;
         let params = first_params(&plugin);
-        Ok(Self { plugin, params_before: params.clone(), params, host, config, spare: None, broken: None })
+        Ok(Self {
+            plugin,
+            params_before: params.clone(),
+            params,
+            host,
+            config,
+            spare: None,
+            saved: 0,
+            broken: None,
+        })
     }
 
     /// # Safety
@@ -386,13 +397,15 @@ impl<T: Plugin> Shell<T> {
         Ok(result?)
     }
 
-    fn save(&self) -> Result<Vec<u8>, Failed> {
-        let mut writer = StateWriter::new();
+    fn save(&mut self) -> Result<Vec<u8>, Failed> {
+        let mut writer = StateWriter::with_room(self.saved.max(4096));
         let (ids, values): (Vec<u32>, Vec<f64>) = self.params.iter().unzip();
         writer.put(PARAM_IDS, &ids);
         writer.put(PARAM_VALUES, &values);
         self.plugin.save(&mut writer);
-        writer.finish().map_err(|message| Failed(abi::ERROR, message))
+        let bytes = writer.finish().map_err(|message| Failed(abi::ERROR, message))?;
+        self.saved = bytes.len();
+        Ok(bytes)
     }
 
     /// Another instance of the same configuration, with the saved state in it.
@@ -416,6 +429,7 @@ impl<T: Plugin> Shell<T> {
                 host: self.host,
                 config: self.config.clone(),
                 spare: None,
+                saved: self.saved,
                 broken: None,
             },
             None => Self::new(self.host, self.config.clone())?,
@@ -561,7 +575,8 @@ unsafe extern "C" fn step<T: Plugin>(
 unsafe extern "C" fn save_state<T: Plugin>(ctx: *mut c_void, writer: *const abi::Writer) -> i32 {
     // SAFETY: as in `reset`.
     let shell = unsafe { shell::<T>(ctx) };
-    answer(&shell.host, || {
+    let host = shell.host;
+    answer(&host, || {
         if let Some(message) = &shell.broken {
             return Err(Failed(abi::ERROR, format!("the instance broke earlier: {message}")));
         }

@@ -83,7 +83,12 @@ impl Default for StateWriter {
 impl StateWriter {
     /// A state without fields. A plugin's own tests write with it what an older version of it wrote.
     pub fn new() -> Self {
-        let mut bytes = Vec::with_capacity(4096);
+        Self::with_room(4096)
+    }
+
+    /// The same, with memory for so many bytes.
+    pub(crate) fn with_room(room: usize) -> Self {
+        let mut bytes = Vec::with_capacity(room);
         bytes.extend_from_slice(&MAGIC.to_le_bytes());
         bytes.extend_from_slice(&[0; HEADER - 8]);
         Self { bytes, tags: Vec::new(), duplicate: None }

@@ -2,6 +2,8 @@
 //! steps that follow it. They are kept in this program's memory without envelopes or hashes; near ones are
 //! dense, those further back thinner, the further the thinner.
 
+use std::time::Instant;
+
 use reef_plugin::{Health, Payload, PluginError};
 
 use super::{
@@ -11,8 +13,13 @@ use super::{
     water::ActivePoke,
 };
 
-/// Steps between two states, where memory allows.
+/// Steps between two states, where memory and time allow.
 pub const EVERY: u64 = 16;
+/// Time that remembering may take, in the mean of all steps [s]: where a state takes longer to save, states are
+/// farther from each other. What a jump ends with does not depend on where it begins.
+const COST: f64 = 1e-4;
+/// Farthest that they are from each other for that.
+const FARTHEST: u64 = 600;
 /// Steps for which states are dense: a minute at the usual step.
 const DENSE: u64 = 3600;
 /// How much farther states just beyond that may be from each other.
@@ -52,6 +59,8 @@ pub(crate) struct History {
     most: usize,
     past: Vec<Past>,
     used: usize,
+    /// Time that one state has taken, about [s].
+    cost: f64,
     /// Memory of states that were forgotten.
     spare: Vec<Vec<u8>>,
     /// The last step that was reached since the past was another one.
@@ -95,9 +104,16 @@ impl History {
     /// Whether the state after this step is wanted.
     fn wants(&self, step: u64) -> bool {
         let next = self.past.partition_point(|past| past.step < step);
+        let every = ((self.cost / COST).ceil() as u64).clamp(EVERY, FARTHEST);
         self.most > 0
-            && self.past.get(next).is_none_or(|next| next.step - step >= EVERY)
-            && next.checked_sub(1).is_none_or(|last| step - self.past[last].step >= EVERY)
+            && self.past.get(next).is_none_or(|next| next.step - step >= every)
+            && next.checked_sub(1).is_none_or(|last| step - self.past[last].step >= every)
+    }
+
+    /// One more state has taken this long [s].
+    fn took(&mut self, seconds: f64) {
+        // A machine that was interrupted once is not slow.
+        self.cost = if self.cost == 0.0 { seconds } else { self.cost + (seconds - self.cost) / 8.0 };
     }
 
     fn add(&mut self, past: Past) {
@@ -161,9 +177,11 @@ impl World {
             self.begin_again();
         }
         let from = self.clock.step;
-        let entries = &mut self.journal.entries;
-        let later = entries.split_off(entries.partition_point(|entry| entry.step <= from));
-        later.into_iter().rev().for_each(|entry| self.replay.push_front(entry));
+        // A way forward leaves what came on it behind, too.
+        let mut entries = std::mem::take(&mut self.journal.entries);
+        entries.extend(self.replay.drain(..));
+        self.replay.extend(entries.drain(entries.partition_point(|entry| entry.step <= from)..));
+        self.journal.entries = entries;
         self.relived = true;
         self.journal.header.from_step = self.journal.header.from_step.min(from);
         self.journal.end = from;
@@ -218,6 +236,7 @@ impl World {
         if !self.history.wants(step) || !self.members.iter().all(running) {
             return;
         }
+        let began = Instant::now();
         let mut spare = std::mem::take(&mut self.history.spare).into_iter();
         let mut states = Vec::with_capacity(self.members.len());
         for member in &mut self.members {
@@ -243,6 +262,7 @@ impl World {
             + size_of::<Past>();
         let (pokes, camera) = (self.pokes.clone(), self.hand_camera);
         self.history.add(Past { step, pokes, camera, said, states, size });
+        self.history.took(began.elapsed().as_secs_f64());
     }
 }
 
@@ -310,6 +330,16 @@ mod tests {
         history.forget_from(49);
         assert_eq!((history.past.last().map(|past| past.step), history.reached), (Some(33), 48));
         assert_eq!(history.used, 1000 * history.past.len());
+    }
+
+    #[test]
+    fn states_that_take_long_are_farther_from_each_other() {
+        for (seconds, gap) in [(1e-4, EVERY), (4e-3, 40), (1.0, FARTHEST)] {
+            let mut history = history(usize::MAX);
+            history.took(seconds);
+            walk(&mut history, 1..=2000);
+            assert!(history.past.windows(2).all(|pair| pair[1].step - pair[0].step == gap), "{seconds} s");
+        }
     }
 
     #[test]

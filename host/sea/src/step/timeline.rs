@@ -15,8 +15,9 @@ use super::sea::World;
 pub const MOST_STEPS: u32 = 8;
 /// Slowest and fastest speed.
 pub const SPEEDS: (f64, f64) = (0.05, 8.0);
-/// Longest that a picture waits for steps on the way to another moment.
-const WAY: Duration = Duration::from_millis(30);
+/// How long a picture waits for steps on the way to another moment, at least and at most: as long as the one
+/// before it took, so that half of the time goes into the way where pictures are slow.
+const WAIT: [Duration; 2] = [Duration::from_millis(30), Duration::from_millis(250)];
 
 /// A way to another moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +124,8 @@ impl Timeline {
     pub fn advance_with(&mut self, seconds: f64, mut look: impl FnMut(&mut World)) -> u32 {
         if let Some(way) = self.way {
             self.behind = None;
-            return self.walk(way, look);
+            let wait = Duration::from_secs_f64(seconds.clamp(0.0, 1.0)).clamp(WAIT[0], WAIT[1]);
+            return self.walk(way, wait, look);
         }
         if self.paused {
             self.behind = None;
@@ -150,10 +152,10 @@ impl Timeline {
         steps
     }
 
-    /// Steps toward another moment for as long as a picture may wait.
-    fn walk(&mut self, way: Way, mut look: impl FnMut(&mut World)) -> u32 {
+    /// Steps toward another moment for as long as a picture waits.
+    fn walk(&mut self, way: Way, wait: Duration, mut look: impl FnMut(&mut World)) -> u32 {
         let (began, mut steps) = (Instant::now(), 0);
-        while self.world.clock().step < way.to && (steps == 0 || began.elapsed() < WAY) {
+        while self.world.clock().step < way.to && (steps == 0 || began.elapsed() < wait) {
             self.world.step();
             look(&mut self.world);
             steps += 1;

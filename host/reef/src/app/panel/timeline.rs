@@ -30,7 +30,9 @@ pub fn show(ui: &mut Ui, view: &mut TimelineView, now: u64, actions: &mut Vec<Ac
             time(step as f64 * dt),
             time(last as f64 * dt)
         );
-        slider.on_hover_text(help);
+        if !dragged {
+            slider.on_hover_text(help);
+        }
     });
     ui.horizontal(|ui| match way {
         Some(way) => {

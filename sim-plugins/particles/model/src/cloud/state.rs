@@ -65,15 +65,22 @@ impl Cloud {
             state.turns.extend(swarm.turns);
             let first = swarm.pieces.start * slots;
             let before = state.at[0].len();
+            let count = swarm.plan.count as usize;
             for (own, all) in self.at.iter().zip(&mut state.at) {
-                let count = swarm.plan.count as usize;
-                all.extend((0..count).map(|i| own[first + slot_of(i, self.members, self.groups)]));
+                all.resize(before + count, 0);
+                let (own, all) = (&own[first..], &mut all[before..]);
+                each_slot(count, [self.members, self.groups], |i, slot| all[i] = own[slot]);
             }
-            let jumped = (0..swarm.plan.count as usize).filter(|i| {
-                let (chunk, word, bit) = mark(first + slot_of(*i, self.members, self.groups), slots);
-                self.jumped[chunk][word] & bit != 0
-            });
-            state.jumped.extend(jumped.map(|i| (before + i) as u32));
+            for (piece, words) in self.jumped[swarm.pieces.clone()].iter().enumerate() {
+                if words.iter().all(|word| *word == 0) {
+                    continue;
+                }
+                let jumped = (piece * slots..((piece + 1) * slots).min(count)).filter(|i| {
+                    let (chunk, word, bit) = mark(first + slot_of(*i, self.members, self.groups), slots);
+                    self.jumped[chunk][word] & bit != 0
+                });
+                state.jumped.extend(jumped.map(|i| (before + i) as u32));
+            }
         }
         state
     }
@@ -114,9 +121,8 @@ impl Cloud {
             let first = swarm.pieces.start * slots;
             let count = swarm.plan.count as usize;
             for (own, all) in self.at.iter_mut().zip(&state.at) {
-                for (i, place) in all[done..done + count].iter().enumerate() {
-                    own[first + slot_of(i, self.members, self.groups)] = *place;
-                }
+                let (own, all) = (&mut own[first..], &all[done..]);
+                each_slot(count, [self.members, self.groups], |i, slot| own[slot] = all[i]);
             }
             while let Some(number) = jumped.next_if(|number| (done..done + count).contains(number)) {
                 let (chunk, word, bit) =
@@ -129,7 +135,41 @@ impl Cloud {
     }
 }
 
+/// Calls `each` with the number and the slot (of its box) of each of so many particles, in the order of their
+/// numbers: what [`slot_of`] says of one.
+fn each_slot(count: usize, [members, groups]: [usize; 2], mut each: impl FnMut(usize, usize)) {
+    let mut particle = 0;
+    for chunk in (0..count).step_by(members * groups) {
+        for group in 0..groups {
+            for member in 0..members {
+                if particle == count {
+                    return;
+                }
+                each(particle, chunk + member * groups + group);
+                particle += 1;
+            }
+        }
+    }
+}
+
 /// Where it is marked that a slot jumped: chunk, word, bit. `slots`: of a chunk.
 fn mark(slot: usize, slots: usize) -> (usize, usize, u64) {
     (slot / slots, slot % slots / 64, 1 << (slot % slots % 64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_particles_have_the_slots_that_each_has() {
+        for (count, members, groups) in
+            [(0, 4, 8), (1, 4, 8), (31, 4, 8), (100, 4, 8), (64, 1, 16), (50, 3, 5)]
+        {
+            let mut seen = Vec::new();
+            each_slot(count, [members, groups], |particle, slot| seen.push((particle, slot)));
+            let expected: Vec<_> = (0..count).map(|i| (i, slot_of(i, members, groups))).collect();
+            assert_eq!(seen, expected, "{count} in {groups} groups of {members}");
+        }
+    }
 }
