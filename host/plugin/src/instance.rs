@@ -500,7 +500,7 @@ impl Instance {
                 state_version,
                 ctx: source,
                 read: Some(read),
-                length: envelope.payload.len() as u64,
+                length: bytes.len() as u64,
             };
             // SAFETY: the instance's function on its control thread; the reader and the source live during
             // the call.

@@ -212,7 +212,6 @@ impl Plugin for Anemones {
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
         let fibres = state.get::<f32>(FIBRES)?;
-        self.dressed = false;
         self.bed.load(&fibres).map_err(|problem| StateError::Refused(format!("field `{FIBRES}` {problem}")))
     }
 }

@@ -28,8 +28,6 @@ pub struct Jellyfish {
     breeds: Vec<Arc<Breed>>,
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
-    /// Whether the retained materials were committed, and whether as what makes light.
-    dressed: Option<bool>,
     /// What the animals do to the water, at the panel's strength.
     flows: Vec<abi::Flow>,
 }
@@ -154,7 +152,7 @@ impl Jellyfish {
             breeds.push(breed);
         }
         let flows = Vec::with_capacity(bloom.flows().len());
-        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, dressed: None, flows })
+        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, flows })
     }
 
     fn tuning(input: &StepInput) -> Tuning {
@@ -270,15 +268,12 @@ impl Plugin for Jellyfish {
         self.swim(input);
         self.draw(input, output)?;
         let glows = input.param(id::GLOW) >= 0.5;
-        if self.dressed != Some(glows) || input.is_trial() {
-            for ((breed, picture), own) in
-                self.breeds.iter().zip(&self.pictures).zip(self.materials.as_chunks_mut::<MATERIALS>().0)
-            {
-                *own = draw::materials(breed.look(), picture.id(), glows);
-            }
-            output.emit(&self.materials)?;
-            self.dressed = (!input.is_trial()).then_some(glows);
+        for ((breed, picture), own) in
+            self.breeds.iter().zip(&self.pictures).zip(self.materials.as_chunks_mut::<MATERIALS>().0)
+        {
+            *own = draw::materials(breed.look(), picture.id(), glows);
         }
+        output.emit(&self.materials)?;
         let animals = self.bloom.len();
         draw::actors(&self.bloom, &self.wears, output.reserve::<abi::Actor>(animals)?);
         output.commit::<abi::Actor>(animals)?;

@@ -339,7 +339,7 @@ impl Plugin for Seaweeds {
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {
-        (self.dressed, self.stand) = (false, None);
+        self.stand = None;
         if state.get::<u32>(PLANTED)?.first().is_none_or(|planted| *planted == 0) {
             return Ok(());
         }
