@@ -26,11 +26,12 @@ const SIDES: u32 = 6;
 /// Of what makes light: how bright, what is left of its colours, and the width and softness of the wave that
 /// runs over it, as shares of its length.
 const GLOW: f32 = 5.0;
-const DARK: f32 = 0.12;
+const DARK: f32 = 0.05;
 const WAVE: f32 = 0.16;
 const SOFT: f32 = 0.5;
-/// Of how much light tentacles and arms make, as a share of the bell's.
-const DIM: f32 = 0.15;
+/// How much light tentacles and arms make, as a share of the bell's, and of its colour at their tips.
+const FAINT: f32 = 0.3;
+const DIM: f32 = 0.4;
 /// Share of the period in which the wave runs from the apex to the margin.
 const OUTWARD: f64 = 0.35;
 
@@ -127,6 +128,7 @@ pub(crate) fn materials(look: &Look, picture: u32, glows: bool) -> [Material; MA
                 material.pattern = abi::PATTERN_BANDS;
                 (material.accent, material.pattern_scale, material.pattern_softness) = (light, 1.0, SOFT);
             } else {
+                material.glow *= FAINT;
                 let [r, g, b, _] = light;
                 material.tip = [DIM * r, DIM * g, DIM * b, material.tip[3]];
             }

@@ -28,6 +28,9 @@ use crate::{
 
 /// A step of the sea with one step of the slice [s].
 const STEP: f64 = 1.0 / 60.0;
+/// Longest step of what is far, as a share of its period: box jellies, which contract 1.5 times a second, turn
+/// over in steps of a fortieth of that.
+const LONGEST_SHARE: f64 = 0.0125;
 /// Links of a trail.
 const LINKS: usize = 16;
 /// How fast trails sink, in lengths of their own a second.
@@ -298,7 +301,9 @@ impl Animal {
         let _ = self.slice.set_gait(gait);
         self.slice.set_water(around.density, around.viscosity);
         self.slice.set_weight(self.weight[0] + self.weight[1] * tuning.excess_density);
-        let steps = if self.far { 1.0 } else { tuning.steps.max(1) as f64 };
+        let steps = tuning.steps.max(1) as f64;
+        let coarse = (gait.frequency * STEP / LONGEST_SHARE).ceil().max(1.0);
+        let steps = if self.far { coarse.min(steps) } else { steps };
         let parts = (around.dt / STEP * steps - 1e-9).ceil().max(1.0);
         let dt = around.dt / parts;
         for part in 0..parts as usize {

@@ -208,21 +208,17 @@ fn solve(matrix: &mut [[f64; PRIMITIVES]; PRIMITIVES], side: &mut [f64; PRIMITIV
         row[i] *= 1.0 + RIDGE;
     }
     for j in 0..count {
-        let mut pivot = matrix[j][j];
-        for k in 0..j {
-            pivot -= matrix[j][k] * matrix[j][k];
-        }
+        let known = |row: &[f64; PRIMITIVES], other: &[f64; PRIMITIVES]| -> f64 {
+            row.iter().zip(other).take(j).map(|(a, b)| a * b).sum()
+        };
+        let pivot = matrix[j][j] - known(&matrix[j], &matrix[j]);
         if pivot.is_nan() || pivot <= 0.0 {
             *side = [0.0; PRIMITIVES];
             return;
         }
         matrix[j][j] = pivot.sqrt();
         for i in j + 1..count {
-            let mut value = matrix[i][j];
-            for k in 0..j {
-                value -= matrix[i][k] * matrix[j][k];
-            }
-            matrix[i][j] = value / matrix[j][j];
+            matrix[i][j] = (matrix[i][j] - known(&matrix[i], &matrix[j])) / matrix[j][j];
         }
     }
     for i in 0..count {

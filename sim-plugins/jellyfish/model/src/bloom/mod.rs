@@ -97,7 +97,7 @@ pub struct Tuning {
     pub cells: f64,
     /// Steps of a near slice in 1/60 s.
     pub steps: usize,
-    /// Bells that look narrower are drawn coarsely and stepped once in 1/60 s [px].
+    /// Bells that look narrower are drawn coarsely and stepped as seldom as they bear [px].
     pub detail: f64,
 }
 

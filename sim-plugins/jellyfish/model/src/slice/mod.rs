@@ -183,13 +183,15 @@ impl<T: Real> Slice<T> {
         }))
     }
 
-    /// Greatest length of a spring of bell or strand over its length at rest.
-    pub fn longest(&self) -> f64 {
-        let share = |spring: &build::Spring| {
+    /// Greatest length of a spring of the bell, and of one of the strands, over its length at rest.
+    pub fn longest(&self) -> [f64; 2] {
+        let mut longest = [0.0_f64; 2];
+        for spring in &self.network.springs {
             let [a, b] = spring.ends;
-            self.points[a].distance(self.points[b]) / spring.rest
-        };
-        self.network.springs.iter().map(share).fold(0.0, f64::max)
+            let longest = &mut longest[usize::from(b / 2 > self.network.margin)];
+            *longest = longest.max(self.points[a].distance(self.points[b]) / spring.rest);
+        }
+        longest
     }
 
     /// Begins the period somewhere else: `phase` 0..1.
