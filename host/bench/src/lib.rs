@@ -7,12 +7,15 @@ mod cells;
 pub mod churn;
 mod contract;
 mod fibre;
+mod fish;
 pub mod measure;
 mod meshes;
 pub mod reload;
 mod render;
 pub mod report;
 mod seaweed;
+mod shoal;
+mod swimmers;
 mod table1;
 mod table2;
 mod waves;
@@ -59,6 +62,11 @@ const BENCHES: &[Bench] = &[
         run: fibre::run,
     },
     Bench {
+        name: "fish",
+        about: "spring-sub-steps of the fish's bodies, beside a bare kernel's ceiling, and ten thousand of them",
+        run: fish::run,
+    },
+    Bench {
         name: "meshes",
         about: "what plants, bodies and bells add to a frame, with and without levels of detail",
         run: meshes::run,
@@ -77,6 +85,11 @@ const BENCHES: &[Bench] = &[
         name: "seaweed",
         about: "joint-steps of the seaweeds through a scene, beside a bare kernel's ceiling",
         run: seaweed::run,
+    },
+    Bench {
+        name: "shoal",
+        about: "fish-steps of a shoal of points, beside a bare kernel's ceiling, and a hundred thousand of them",
+        run: shoal::run,
     },
     Bench {
         name: "table1",
