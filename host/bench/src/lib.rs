@@ -8,6 +8,7 @@ pub mod churn;
 mod contract;
 mod fibre;
 mod fig5;
+mod fish;
 mod jellyfish;
 mod jumps;
 pub mod measure;
@@ -16,6 +17,8 @@ pub mod reload;
 mod render;
 pub mod report;
 mod seaweed;
+mod shoal;
+mod swimmers;
 mod table1;
 mod table2;
 mod waves;
@@ -67,6 +70,11 @@ const BENCHES: &[Bench] = &[
         run: fig5::run,
     },
     Bench {
+        name: "fish",
+        about: "spring-sub-steps of the fish's bodies, beside a bare kernel's ceiling, and ten thousand of them",
+        run: fish::run,
+    },
+    Bench {
         name: "jellyfish",
         about: "an animal and its water by part, 64 of them, their surfaces, memory and jets",
         run: jellyfish::run,
@@ -95,6 +103,11 @@ const BENCHES: &[Bench] = &[
         name: "seaweed",
         about: "joint-steps of the seaweeds through a scene, beside a bare kernel's ceiling",
         run: seaweed::run,
+    },
+    Bench {
+        name: "shoal",
+        about: "fish-steps of a shoal of points, beside a bare kernel's ceiling, and a hundred thousand of them",
+        run: shoal::run,
     },
     Bench {
         name: "table1",

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::species::Species;
 
 /// Most fish of a module.
-pub const MOST_FISH: u64 = 20_000;
+pub const MOST_FISH: u64 = 100_000;
 
 /// What the fish module puts into a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,7 +51,7 @@ pub struct Group {
     pub species: String,
     /// How many there are.
     #[serde(default = "one_fish")]
-    #[schemars(range(min = 1, max = 20000))]
+    #[schemars(range(min = 1, max = 100_000))]
     pub count: u32,
     /// The corner with the least x, y and z of the box that they do not leave.
     #[schemars(inner(range(min = -100000.0, max = 100000.0)), extend("x-unit" = "m"))]

@@ -137,11 +137,6 @@ impl Fish {
         })
     }
 
-    /// The fish.
-    pub fn shoal(&self) -> &Shoal {
-        &self.shoal
-    }
-
     /// Where the nodes of all fish are, for recordings.
     fn trace(&mut self, room: &mut [abi::Trace]) {
         let Self { shoal, nodes, .. } = self;

@@ -106,6 +106,12 @@ impl Tank {
         &self.plan
     }
 
+    /// Memory that they take [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        let nodes = size_of_val(&*self.positions) + size_of_val(&*self.velocities);
+        size_of_val(&*self.swimmers) + nodes + size_of_val(&*self.all)
+    }
+
     /// All fish.
     pub fn swimmers(&self) -> &[Swimmer] {
         &self.swimmers

@@ -17,6 +17,8 @@ pub struct Bare {
 /// Sub-steps of one [`Bare::step`], and their length [s].
 const SUBSTEPS: u32 = 4;
 const DT: f32 = 1.0 / 240.0;
+/// Of their muscles, to the left and upward.
+const BIAS: f32 = 0.03;
 
 impl Bare {
     /// Eight fish of a species at rest.
@@ -26,7 +28,16 @@ impl Bare {
         for (into, rest) in pack.positions.iter_mut().zip(&plan.rest) {
             *into = rest.map(Lane::all);
         }
-        let fish = Fish8 { speed: Lane::all(2.0), force: Lane::all(0.2), ..Fish8::default() };
+        // Each at its own place of a beat, and turning: what would die away in a fish that swims straight on
+        // becomes numbers that are too small for processors to be fast with.
+        let fish = Fish8 {
+            phase: Lane(core::array::from_fn(|lane| lane as f32 / 8.0)),
+            speed: Lane::all(2.0),
+            force: Lane::all(0.2),
+            yaw: Lane::all(BIAS),
+            pitch: Lane::all(BIAS),
+            ..Fish8::default()
+        };
         Self { plan, pack, fish }
     }
 

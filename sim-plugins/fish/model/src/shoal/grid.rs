@@ -58,9 +58,9 @@ impl Grid {
     pub(super) fn new(count: usize, side: f32) -> Self {
         let side = side.max(1e-3);
         // About as many cells as fish.
-        let total = (2 * count.max(1)).ilog2() + 1;
-        let each = (total / 3).clamp(1, MOST_BITS);
-        let bits = [(each + 2).min(MOST_BITS), each, each];
+        let total = count.max(1).ilog2() + 1;
+        let across = (total / 3).clamp(1, MOST_BITS);
+        let bits = [total.saturating_sub(2 * across).clamp(2, MOST_BITS), across, across];
         let floats = || vec![0.0; count];
         Self {
             per_metre: [ALONG / side, 1.0 / side, 1.0 / side],
@@ -152,6 +152,16 @@ impl Grid {
         let cells = starts.len() - 1;
         starts.copy_within(..cells, 1);
         starts[0] = 0;
+    }
+
+    /// Memory that they take [bytes].
+    pub(super) fn bytes(&self) -> usize {
+        let words = [&self.starts, &self.places, &self.slots].map(|words| size_of_val(&**words));
+        let [x, y, z] = &self.at;
+        let [cx, cy, cz] = &self.course;
+        let numbers =
+            [x, y, z, cx, cy, cz, &self.length, &self.courts].map(|numbers| size_of_val(&**numbers));
+        words.iter().chain(&numbers).sum()
     }
 
     /// How many there are.

@@ -290,6 +290,15 @@ impl Shoal {
         &self.flows
     }
 
+    /// Memory that they take: all that grows with their number [bytes].
+    pub fn bytes(&self) -> usize {
+        let fish = size_of_val(&*self.fish) + size_of_val(&*self.wishes);
+        let grids: usize = self.grids.iter().map(Grid::bytes).sum();
+        let bodies: usize = self.tanks.iter().map(Tank::bytes).sum();
+        let offsets: usize = self.offsets.iter().map(|offsets| size_of_val(&**offsets)).sum();
+        fish + grids + bodies + offsets
+    }
+
     /// One step.
     pub fn step(&mut self, around: &Surroundings<'_>) {
         if around.dt.is_nan() || around.dt <= 0.0 {
