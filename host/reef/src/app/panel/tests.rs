@@ -2,9 +2,10 @@
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape};
 use reef_render::markers::Markers;
+use reef_sea::step::{history::Memory, timeline::Way};
 
 use super::{
-    model::{Action, Level, PanelModel, ParamKind, ParamView, PluginView},
+    model::{Action, Level, PanelModel, ParamKind, ParamView, PluginView, TimelineView},
     *,
 };
 
@@ -220,6 +221,54 @@ fn pause_asks_once_and_then_offers_to_go_on() {
     bench.place("▶ Go on");
     let at = bench.place("Step");
     assert_eq!(bench.click(&mut model, at), [Action::StepOnce]);
+}
+
+/// Ten seconds into a scene of forty.
+fn at_ten_seconds() -> PanelModel {
+    let memory = Memory { states: 9, from: Some(2), to: 600, used: 17 << 20, most: 256 << 20 };
+    let timeline = TimelineView { dt: 1.0 / 60.0, duration: 2400, memory, ..TimelineView::default() };
+    let mut model = PanelModel { timeline, ..model() };
+    model.scene.step = 600;
+    model
+}
+
+#[test]
+fn the_timeline_asks_for_moments_and_holds_the_sea_while_it_is_dragged() {
+    let (mut bench, mut model) = (Bench::new(), at_ten_seconds());
+    bench.settle(&mut model);
+    bench.place("17 of 256 MB");
+    let below = bench.place("remembered from 0:00.0 on");
+    let left =
+        bench.texts.iter().find(|(text, _)| text.starts_with("remembered")).expect("it is painted").1.left();
+    // The rail is a row higher.
+    let at = |x: f32| Pos2::new(left + x, below.y - 22.0);
+    let press = |pos: Pos2, pressed: bool| {
+        vec![
+            Event::PointerMoved(pos),
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE },
+        ]
+    };
+    bench.frame(&mut model, vec![Event::PointerMoved(at(200.0))]);
+    let goal = |actions: Vec<Action>| match actions[..] {
+        [Action::GoTo { step, held }] => (step, held),
+        _ => panic!("{actions:?}"),
+    };
+    let (far, held) = goal(bench.frame(&mut model, press(at(200.0), true)));
+    assert!(held && (1400..2000).contains(&far), "{far}");
+    let (near, held) = goal(bench.frame(&mut model, vec![Event::PointerMoved(at(40.0))]));
+    assert!(held && (100..600).contains(&near), "{near}");
+    assert_eq!(goal(bench.frame(&mut model, press(at(40.0), false))), (near, false));
+    assert!(bench.frame(&mut model, Vec::new()).is_empty());
+}
+
+#[test]
+fn a_way_to_another_moment_is_shown_and_can_be_stopped() {
+    let (mut bench, mut model) = (Bench::new(), at_ten_seconds());
+    model.timeline.way = Some(Way { from: 300, to: 1500 });
+    bench.settle(&mut model);
+    bench.place("on the way to 0:25.0");
+    let stop = bench.place("Stop");
+    assert_eq!(bench.click(&mut model, stop), [Action::Stop]);
 }
 
 #[test]
