@@ -18,6 +18,8 @@ const SUNK: f64 = 0.12;
 /// ones.
 const PECTORAL: f64 = -0.25;
 const PELVIC: f64 = -0.86;
+/// How far the end of a paired fin is off the skin at most, as a share of its length.
+const LIES: f64 = 0.5;
 /// How straight the tail fin's upper and lower edges are: so straight that the springs to its corners stay within.
 const STRAIGHT: f64 = 0.9;
 /// How much wider than its root a paired fin is at its end, as a share of its length.
@@ -40,9 +42,10 @@ impl Draft<'_> {
     pub(super) fn fins(&mut self, species: &Species, size: [u32; 2]) -> f64 {
         let Look { dorsal, anal, pectoral, pelvic, fork, .. } = &species.look;
         if size[0] == 0 {
-            // What is left out strays by as much as it stands out.
-            let most = species.look.fins().iter().map(|(_, fin)| fin.height).fold(0.0, f64::max);
-            return self.tail(species, *fork, [1, 1]).max(most * self.outline.length);
+            // What is left out strays by as far as it stands off the skin: paired fins lie back.
+            let ridge = dorsal.height.max(anal.height);
+            let most = ridge.max(LIES * pectoral.height.max(pelvic.height)) * self.outline.length;
+            return self.tail(species, *fork, [2, 1]).max(most);
         }
         let tail = size.map(|count| 2 * count);
         let mut strays: f64 = 0.0;
