@@ -4,7 +4,7 @@ use glam::DVec3;
 use reef_command::{Common, open};
 use reef_fish_model::{
     Fish,
-    shoal::{Kind, Shoal, Surroundings},
+    shoal::{Kind, Shoal, Surroundings, Waves},
     sow::Stock,
     species::Species,
 };
@@ -97,6 +97,7 @@ impl Plugin for Swimmers {
         shoal.step(&Surroundings {
             flow: &[],
             bed: None,
+            waves: Waves::default(),
             obstacles: &[],
             surface: 0.0,
             hosts: &[],

@@ -1,8 +1,6 @@
 //! How fibres look on a real device (lavapipe counts): what is thin stays whole while it moves, and tissue
 //! lets light through.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_gpu::Picture;

@@ -294,7 +294,6 @@ pub fn standers(frame: &Frame) -> Vec<Stander> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
 
     use super::*;
     use crate::sample;

@@ -134,7 +134,7 @@ fn a_cut_out_texture_that_found_no_room_leaves_no_hole() {
         let mut covered = |name: &str, flags: u32| {
             let mut outputs = board_of(stripes(), [0.0, 1.0], flags, 1.0);
             // A small board behind it has a texture: so the picture's draws look at textures.
-            outputs.materials = Arc::new(vec![abi::Material { texture: 2, ..white() }, white()]);
+            outputs.materials = vec![abi::Material { texture: 2, ..white() }, white()];
             let small = abi::Skinned { material: 1, first_joint: 1, scale: 0.1, ..outputs.skinned[0] };
             outputs.skinned.push(small);
             outputs.joints.push(abi::Joint { translation: [0.0, 0.0, -0.2], ..outputs.joints[0] });

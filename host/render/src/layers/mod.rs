@@ -324,7 +324,7 @@ mod tests {
         let mut frame = sample::frame(1, camera, outputs);
         // Another instance's numbers are its own.
         frame.outputs.push(Arc::new(Outputs {
-            materials: Arc::new(vec![material(1)]),
+            materials: vec![material(1)],
             textures: Arc::new(vec![texture(1, 3), texture(2, 4)]),
             ..Outputs::default()
         }));
