@@ -6,10 +6,7 @@ use reef_sdk::{
     abi::{Actor, Joint, Object, Skinned, fnv1a_32},
 };
 
-use crate::{
-    frames::Section,
-    shoal::{Shoal, id_of},
-};
+use crate::shoal::{Shoal, id_of};
 
 /// Fish that one job writes.
 const CHUNK: usize = 32;
@@ -39,21 +36,14 @@ impl Wear {
     }
 }
 
-/// Room for one worker.
-#[derive(Clone, Debug, Default)]
-struct Room {
-    nodes: Vec<[f32; 3]>,
-    sections: Vec<Section>,
-}
-
 /// Draws a shoal, whose fish never come or go.
 #[derive(Debug)]
 pub(crate) struct Brush {
     /// Where the joints of each chunk of fish begin, and the end.
     bounds: Vec<usize>,
-    rooms: Vec<Room>,
+    /// Room for the nodes of a fish, of each worker.
+    rooms: Vec<Vec<[f32; 3]>>,
     most_nodes: usize,
-    most_sections: usize,
 }
 
 impl Brush {
@@ -64,12 +54,11 @@ impl Brush {
             let own: usize = chunk.iter().map(|fish| sections(fish.kind)).sum();
             bounds.push(bounds[bounds.len() - 1] + own);
         }
-        let bodies = || shoal.kinds().iter().map(|kind| kind.plan.body());
+        let bodies = shoal.kinds().iter().map(|kind| kind.plan.body());
         Self {
             bounds,
             rooms: Vec::new(),
-            most_nodes: bodies().map(|body| body.nodes().len()).max().unwrap_or(0),
-            most_sections: bodies().map(|body| body.segments().len()).max().unwrap_or(0),
+            most_nodes: bodies.map(|body| body.nodes().len()).max().unwrap_or(0),
         }
     }
 
@@ -88,13 +77,9 @@ impl Brush {
         workers: Workers<'_>,
         (objects, elements, joints): (&mut [Object], &mut [Skinned], &mut [Joint]),
     ) {
-        let Self { bounds, rooms, most_nodes, most_sections } = self;
+        let Self { bounds, rooms, most_nodes } = self;
         if rooms.len() < workers.count() {
-            let room = || Room {
-                nodes: vec![[0.0; 3]; *most_nodes],
-                sections: vec![Section::default(); *most_sections],
-            };
-            rooms.resize_with(workers.count(), room);
+            rooms.resize_with(workers.count(), || vec![[0.0; 3]; *most_nodes]);
         }
         let bounds = &*bounds;
         let split = (Chunks::new(objects, CHUNK), Chunks::new(elements, CHUNK), Parts::new(joints, bounds));
@@ -104,17 +89,15 @@ impl Brush {
                 let fish = &shoal.fish()[number];
                 let body = shoal.kinds()[fish.kind as usize].plan.body();
                 let wear = &wears[fish.kind as usize];
-                let sections = &mut room.sections[..body.segments().len()];
-                let origin = shoal.frames(number, &mut room.nodes[..body.nodes().len()], sections);
+                let (own, rest) = core::mem::take(&mut joints).split_at_mut(body.segments().len());
+                joints = rest;
+                let origin = shoal.frames(number, &mut room[..body.nodes().len()], own);
                 // Its place is the object's: what a body's nodes are relative to goes along in jumps.
                 let off = (origin - fish.position).as_vec3();
-                let (own, rest) = core::mem::take(&mut joints).split_at_mut(sections.len());
-                joints = rest;
-                for (joint, section) in own.iter_mut().zip(sections.iter()) {
-                    let place = Vec3::from(section.joint.translation) + off;
+                for joint in own.iter_mut() {
+                    joint.translation = (Vec3::from(joint.translation) + off).to_array();
                     // The fish's size is the element's.
-                    let scale = section.joint.scale / fish.size as f32;
-                    *joint = Joint { translation: place.to_array(), scale, ..section.joint };
+                    joint.scale /= fish.size as f32;
                 }
                 *object = Object {
                     id: id_of(number),

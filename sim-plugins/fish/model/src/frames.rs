@@ -25,21 +25,13 @@ pub fn base(forward: Vec3, up: Vec3) -> [Vec3; 3] {
     [forward, right.cross(forward), right]
 }
 
-/// A segment's frame and how it is squeezed against its shape at rest.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Section {
-    /// Where it is, relative to the fish's origin [m], and how it is turned: x forward, y up, z right.
-    pub joint: Joint,
-    /// Its height and width over those at rest; 1 where it has none.
-    pub squeeze: [f32; 2],
-}
-
 /// How far a fin's frame is scaled down at least.
 const LEAST: f32 = 0.5;
 
-/// The frames of all segments, nose first: into as many as a body has segments, at `size` times the species'. A
-/// fin's corners are its nodes: its frame is scaled with it, and askew to the body's way where it is.
-pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Section]) {
+/// The frames of all segments, nose first, relative to the fish's origin [m], x forward, y up, z right: into as
+/// many as a body has segments, at `size` times the species'. A fin's corners are its nodes: its frame is scaled
+/// with it, and askew to the body's way where it is.
+pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Joint]) {
     let at = |node: usize| Vec3::from(positions[node]);
     let middle =
         |nodes: core::ops::Range<usize>| nodes.clone().map(at).sum::<Vec3>() / nodes.len().max(1) as f32;
@@ -49,17 +41,12 @@ pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Sect
         let ahead = plan.body().segments().nth(i.saturating_sub(1)).unwrap_or(0..1);
         let behind = plan.body().segments().nth((i + 1).min(count - 1)).unwrap_or(0..1);
         let forward = middle(ahead) - middle(behind);
-        let extent = |toward: [f32; 4], positions: &dyn Fn(usize) -> Vec3| {
-            let signed = toward.iter().zip(nodes.clone()).map(|(sign, node)| positions(node) * *sign);
-            signed.sum::<Vec3>() * 0.5
-        };
-        let (forward, up, squeeze) = match nodes.len() {
+        let (forward, up, stretch) = match nodes.len() {
             // Left-top, left-bottom, right-bottom, right-top.
             4 => {
-                let (tall, wide) = ([1.0, -1.0, -1.0, 1.0], [-1.0, -1.0, 1.0, 1.0]);
-                let rest = |node: usize| Vec3::from(plan.rest[node]);
-                let over = |of| extent(of, &at).length() / extent(of, &rest).length().max(f32::MIN_POSITIVE);
-                (forward, extent(tall, &at), [over(tall), over(wide)])
+                let signed =
+                    [1.0, -1.0, -1.0, 1.0].iter().zip(nodes.clone()).map(|(sign, node)| at(node) * *sign);
+                (forward, signed.sum::<Vec3>() * 0.5, 1.0)
             }
             2 => {
                 let across = at(nodes.start) - at(nodes.start + 1);
@@ -67,28 +54,21 @@ pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Sect
                 let over = across.length() / rest.length().max(f32::MIN_POSITIVE);
                 let forward = forward.reject_from(across.try_normalize().unwrap_or(Vec3::Y));
                 // A level fin spans from left to right.
-                if rest.z.abs() > rest.y.abs() {
-                    (forward, (-across).cross(forward), [1.0, over])
-                } else {
-                    (forward, across, [over, 1.0])
-                }
+                let level = rest.z.abs() > rest.y.abs();
+                let up = if level { (-across).cross(forward) } else { across };
+                (forward, up, over.clamp(LEAST, 1.0 / LEAST))
             }
-            _ => (forward, whole_up, [1.0; 2]),
+            _ => (forward, whole_up, 1.0),
         };
         let [x, y, z] = if forward.length_squared() > 0.0 {
             base(forward, up)
         } else {
             [whole_forward, whole_up, whole_right]
         };
-        into.joint = Joint {
+        *into = Joint {
             rotation: Quat::from_mat3(&Mat3::from_cols(x, y, z)).normalize().to_array(),
             translation: (middle(nodes.clone()) * size).to_array(),
-            scale: if nodes.len() == 2 {
-                size * (squeeze[0] * squeeze[1]).clamp(LEAST, 1.0 / LEAST)
-            } else {
-                size
-            },
+            scale: size * stretch,
         };
-        into.squeeze = squeeze;
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! 1. wave trains that are too small for the distance ([`reef_flow::waves::select`]: their sum stays below a
 //!    threshold),
-//! 2. orbits of particles that are not in view ([`view`]),
+//! 2. orbits of particles that are not in view ([`reef_flow::view`]),
 //! 3. orbits of slaves, which follow a master beyond D_m ([`ride`]),
 //! 4. single particles beyond D_M, for which a local fog stands ([`fog`]).
 //!

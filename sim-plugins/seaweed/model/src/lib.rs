@@ -10,7 +10,7 @@
 //!
 //! - [`skeleton`]: what a plant is; [`reference`]: the equations, one plant, f64, to be read beside the
 //!   paper; [`bare`]: the least that they can cost.
-//! - [`water`]: what is taken from the sea; [`levels`], [`view`]: what is left out of it.
+//! - [`water`]: what is taken from the sea; [`levels`], [`reef_flow::view`]: what is left out of it.
 //! - [`bed`]: all plants, stepped together, eight plants a vector, in packs.
 //! - [`species`], [`grow`]: from a table of parameters to a skeleton; [`config`], [`sow`]: where plants
 //!   stand, and how individuals differ; [`mesh`], [`looks`]: what they look like.

@@ -70,8 +70,9 @@ pub(super) fn push<S: Simd, const MATRIX: bool>(
     }
 }
 
+/// Adds to a block of the matrix.
 #[inline(always)]
-fn add_block<S: Simd>(simd: S, into: &mut [Lane; 6], block: [fearless_simd::f32x8<S>; 6]) {
+pub(super) fn add_block<S: Simd>(simd: S, into: &mut [Lane; 6], block: [fearless_simd::f32x8<S>; 6]) {
     for i in 0..6 {
         let sum = load(simd, &into[i]) + block[i];
         store(&mut into[i], sum);

@@ -6,7 +6,7 @@ use reef_flow::{
     simd::{clamp, mul_add, neg_mul_add, splat},
 };
 
-use super::{Fish8, Plan, Room, Times, unit};
+use super::{Fish8, Plan, Room, Times, skin::add_block, unit};
 use crate::lanes::{add_scaled, dot, load, load3, scale, store, store3, sub, sub_scaled};
 
 /// No spring is taken for shorter than this [m], squared.
@@ -101,11 +101,7 @@ pub(super) fn pull<S: Simd, const MATRIX: bool>(
                 store(&mut off[i], -block[i]);
             }
             for end in [a, b] {
-                let own = &mut room.own[end];
-                for i in 0..6 {
-                    let sum = load(simd, &own[i]) + block[i];
-                    store(&mut own[i], sum);
-                }
+                add_block(simd, &mut room.own[end], block);
             }
         } else {
             push = scale(n, along);

@@ -16,11 +16,7 @@ use reef_sdk::{
     abi::{Joint, MeshLevel, MeshVertex, pack_normal},
 };
 
-use crate::{
-    Plan,
-    frames::{Section, sections},
-    species::Species,
-};
+use crate::{Plan, frames::sections, species::Species};
 use outline::Outline;
 
 /// Joints that move a vertex at most.
@@ -93,9 +89,8 @@ impl Shape {
 
 /// The mesh of a species.
 pub fn shape(species: &Species, plan: &Plan) -> Shape {
-    let mut rest = vec![Section::default(); plan.body().segments().len()];
+    let mut rest = vec![Joint::default(); plan.body().segments().len()];
     sections(plan, &plan.rest, 1.0, &mut rest);
-    let rest = rest.iter().map(|section| section.joint).collect();
     let outline = Outline::new(species);
     let mut draft = Draft { outline: &outline, shape: Shape { rest, ..Shape::default() } };
     for fine in LEVELS {

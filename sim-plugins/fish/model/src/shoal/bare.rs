@@ -32,6 +32,8 @@ pub struct Bare {
 
 /// Share of where the others go and are that a point takes on in a step.
 const SHARE: f32 = 0.1;
+/// Side of the cells that was the fastest, over how far points look.
+const CELL: f32 = 1.1;
 /// How long a step is [s].
 const DT: f32 = 1.0 / 60.0;
 /// Share of the ball around a fish that it sees: all but for the 60 degrees behind it.
@@ -52,12 +54,13 @@ impl Bare {
             courts: false,
         });
         let ball = 4.0 / 3.0 * core::f64::consts::PI * BALL;
+        let reach = (length * (f64::from(NOTED) * water / ball).cbrt()) as f32;
         Self {
             habits: Habits::of(core::slice::from_ref(kind)).remove(0),
-            grid: Grid::new(count, (length * kind.cell()) as f32),
+            grid: Grid::new(count, CELL * reach),
             lists: Lists::default(),
             seen: seen.collect(),
-            reach: (length * (f64::from(NOTED) * water / ball).cbrt()) as f32,
+            reach,
             moved: vec![[Lane::default(); 3]; count.div_ceil(8)],
             noted: 0.0,
         }

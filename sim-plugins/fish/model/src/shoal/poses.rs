@@ -1,10 +1,10 @@
 //! Where the nodes of fish are, of bodies and points alike: for frames, lines and recordings.
 
 use glam::{DVec3, Vec3};
-use reef_sdk::abi::DebugLine;
+use reef_sdk::abi::{DebugLine, Joint};
 
 use super::{Shoal, act::Pose};
-use crate::frames::{Section, sections};
+use crate::frames::sections;
 
 /// Channels and colours (sRGB 0xAABBGGRR) of springs, and of muscles at rest, short and long.
 const SPRINGS: (u32, u32) = (0, 0xffb0_a890);
@@ -46,7 +46,7 @@ impl Shoal {
 
     /// Writes the frames of a fish's segments, nose first, relative to the returned origin [m, world].
     /// `nodes` is room for its nodes: there they are at the species' own size afterwards.
-    pub fn frames(&self, number: usize, nodes: &mut [[f32; 3]], into: &mut [Section]) -> DVec3 {
+    pub fn frames(&self, number: usize, nodes: &mut [[f32; 3]], into: &mut [Joint]) -> DVec3 {
         let fish = &self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
         let origin = self.pose(number, nodes);
