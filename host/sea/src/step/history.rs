@@ -19,7 +19,7 @@ pub const EVERY: u64 = 16;
 /// farther from each other. What a jump ends with does not depend on where it begins.
 const COST: f64 = 1e-4;
 /// Farthest that they are from each other for that.
-const FARTHEST: u64 = 600;
+const FARTHEST: u64 = 60;
 /// Steps for which states are dense: a minute at the usual step.
 const DENSE: u64 = 3600;
 /// How much farther states just beyond that may be from each other.
@@ -113,7 +113,7 @@ impl History {
     /// One more state has taken this long [s].
     fn took(&mut self, seconds: f64) {
         // A machine that was interrupted once is not slow.
-        self.cost = if self.cost == 0.0 { seconds } else { self.cost + (seconds - self.cost) / 8.0 };
+        self.cost += (seconds - self.cost) / 8.0;
     }
 
     fn add(&mut self, past: Past) {
@@ -336,7 +336,7 @@ mod tests {
     fn states_that_take_long_are_farther_from_each_other() {
         for (seconds, gap) in [(1e-4, EVERY), (4e-3, 40), (1.0, FARTHEST)] {
             let mut history = history(usize::MAX);
-            history.took(seconds);
+            (0..60).for_each(|_| history.took(seconds));
             walk(&mut history, 1..=2000);
             assert!(history.past.windows(2).all(|pair| pair[1].step - pair[0].step == gap), "{seconds} s");
         }
