@@ -1,5 +1,5 @@
-//! A sea that jumps in time is, byte for byte, where playing would have brought it: for every module, and with
-//! what came from outside in between.
+//! A sea that jumps in time is, byte for byte, where playing would have brought it: for every module, and
+//! with what came from outside in between.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! `reef bench jumps`: a minute of the default sea is played, and remembered as the window does it; then the sea
-//! jumps about in it.
+//! `reef bench jumps`: a minute of the default sea is played, and remembered as the window does it; then the
+//! sea jumps about in it.
 
 use std::{path::Path, time::Instant};
 

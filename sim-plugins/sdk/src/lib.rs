@@ -132,9 +132,9 @@ pub trait Plugin: Sized + Send + 'static {
     const STATE_VERSION: u32;
     /// The oldest version that [`Plugin::load`] reads.
     const STATE_MIN_VERSION: u32;
-    /// [`Plugin::load`] leaves an instance that has run as it leaves a fresh one: all later steps emit the same
-    /// bytes, lists that stay among them. Then the SDK keeps the instance that a load has replaced, and the next
-    /// load needs no new one: loads are as fast as the states are short, and jumps in time fluid.
+    /// [`Plugin::load`] leaves an instance that has run as it leaves a fresh one: all later steps emit the
+    /// same bytes, lists that stay among them. Then the SDK keeps the instance that a load has replaced, and
+    /// the next load needs no new one: loads are as fast as the states are short, and jumps in time fluid.
     const LOADS_OVER: bool = false;
 
     /// The module's table in a scene file. Refuse unknown keys (`#[serde(deny_unknown_fields)]`); doc
@@ -147,8 +147,8 @@ pub trait Plugin: Sized + Send + 'static {
         &[]
     }
 
-    /// What the traces are of, as recordings name it (`"fibre"`, lower_case_words): [`abi::Trace::kind`] is an
-    /// index.
+    /// What the traces are of, as recordings name it (`"fibre"`, lower_case_words): [`abi::Trace::kind`] is
+    /// an index.
     fn traces() -> &'static [&'static str] {
         &[]
     }
@@ -174,9 +174,9 @@ pub trait Plugin: Sized + Send + 'static {
     /// Writes everything that a later step depends on, but parameters (the SDK saves them).
     fn save(&self, state: &mut StateWriter);
 
-    /// Takes over what [`Plugin::save`] wrote. Called on a fresh instance of the same configuration (or on one
-    /// that was replaced, see [`Plugin::LOADS_OVER`]), which replaces the running one only on success: whatever
-    /// this method did before it failed has no effect.
+    /// Takes over what [`Plugin::save`] wrote. Called on a fresh instance of the same configuration (or on
+    /// one that was replaced, see [`Plugin::LOADS_OVER`]), which replaces the running one only on success:
+    /// whatever this method did before it failed has no effect.
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError>;
 }
 

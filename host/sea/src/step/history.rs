@@ -15,11 +15,11 @@ use super::{
 
 /// Steps between two states, where memory and time allow.
 pub const EVERY: u64 = 16;
-/// Time that remembering may take, in the mean of all steps [s]: where a state takes longer to save, states are
-/// farther from each other. What a jump ends with does not depend on where it begins.
+/// Time that remembering may take, in the mean of all steps [s]: where a state takes longer to save, states
+/// are farther from each other. What a jump ends with does not depend on where it begins.
 const COST: f64 = 1e-4;
 /// Farthest that they are from each other for that.
-const FARTHEST: u64 = 600;
+const FARTHEST: u64 = 60;
 /// Steps for which states are dense: a minute at the usual step.
 const DENSE: u64 = 3600;
 /// How much farther states just beyond that may be from each other.
@@ -65,8 +65,8 @@ pub(crate) struct History {
     spare: Vec<Vec<u8>>,
     /// The last step that was reached since the past was another one.
     reached: u64,
-    /// What is kept does not follow from the start: the sea was loaded, or edited, or its modules are of newer
-    /// builds.
+    /// What is kept does not follow from the start: the sea was loaded, or edited, or its modules are of
+    /// newer builds.
     grafted: bool,
 }
 
@@ -113,7 +113,7 @@ impl History {
     /// One more state has taken this long [s].
     fn took(&mut self, seconds: f64) {
         // A machine that was interrupted once is not slow.
-        self.cost = if self.cost == 0.0 { seconds } else { self.cost + (seconds - self.cost) / 8.0 };
+        self.cost += (seconds - self.cost) / 8.0;
     }
 
     fn add(&mut self, past: Past) {
@@ -153,13 +153,13 @@ impl World {
         Memory { states: past.len(), from, to: *reached.max(&self.clock.step), used: *used, most: *most }
     }
 
-    /// Brings the sea to the last state before `step` that is remembered, or to its start, or leaves it where it
-    /// is when that is nearer: the steps to `step` itself are then made as ever. Nothing is lost: what came from
-    /// outside comes again, each in its step, until something else comes.
+    /// Brings the sea to the last state before `step` that is remembered, or to its start, or leaves it where
+    /// it is when that is nearer: the steps to `step` itself are then made as ever. Nothing is lost: what
+    /// came from outside comes again, each in its step, until something else comes.
     ///
     /// # Errors
-    /// A module that stands still; then nothing has changed. Or one that does not take its state back; then the
-    /// sea is at its start.
+    /// A module that stands still; then nothing has changed. Or one that does not take its state back; then
+    /// the sea is at its start.
     pub fn go_to(&mut self, step: u64) -> Result<(), PluginError> {
         let now = self.clock.step;
         let nearest = self.history.before(step).map_or(0, |past| past.step);
@@ -336,7 +336,7 @@ mod tests {
     fn states_that_take_long_are_farther_from_each_other() {
         for (seconds, gap) in [(1e-4, EVERY), (4e-3, 40), (1.0, FARTHEST)] {
             let mut history = history(usize::MAX);
-            history.took(seconds);
+            (0..60).for_each(|_| history.took(seconds));
             walk(&mut history, 1..=2000);
             assert!(history.past.windows(2).all(|pair| pair[1].step - pair[0].step == gap), "{seconds} s");
         }

@@ -1,8 +1,8 @@
 //! [`sea`] steps its modules with a fixed [`clock`], along [`camera`] and [`water`] (keyframed flow), under
 //! [`waves`], over [`terrain`], with what came from outside ([`journal`]) and what modules told one another
-//! in the step before (`exchange`); a [`timeline`] keeps the last two steps, `recent`
-//! those that another instance would have to make up for, and [`history`] states to which the sea can go back. [`state`] saves and loads all of
-//! it; [`record`] and [`hash`] write down what happened.
+//! in the step before (`exchange`); a [`timeline`] keeps the last two steps, `recent` those that another
+//! instance would have to make up for, and [`history`] states to which the sea can go back. [`state`] saves
+//! and loads all of it; [`record`] and [`hash`] write down what happened.
 
 pub mod camera;
 pub mod clock;

@@ -574,8 +574,8 @@ impl World {
         }
     }
 
-    /// A loaded state is emitted as it is. Whoever would take over from a module begins anew, from its next saved
-    /// state.
+    /// A loaded state is emitted as it is. Whoever would take over from a module begins anew, from its next
+    /// saved state.
     pub(crate) fn show_present(&mut self) {
         for member in &mut self.members {
             member.events.clear();

@@ -1,5 +1,5 @@
-//! Real time against the sea's: how many steps a picture needs, and between which two steps it lies; and the way
-//! to another moment, over as many pictures as it takes.
+//! Real time against the sea's: how many steps a picture needs, and between which two steps it lies; and the
+//! way to another moment, over as many pictures as it takes.
 
 use std::{
     sync::Arc,
@@ -72,8 +72,8 @@ impl Timeline {
         }
     }
 
-    /// Sets out for another moment, which the next pictures reach ([`Timeline::advance`]); the sea goes on from
-    /// there.
+    /// Sets out for another moment, which the next pictures reach ([`Timeline::advance`]); the sea goes on
+    /// from there.
     ///
     /// # Errors
     /// See [`World::go_to`].

@@ -1,4 +1,5 @@
-//! The timeline: where the sea is, a handle that takes it to any other moment, and what is remembered for that.
+//! The timeline: where the sea is, a handle that takes it to any other moment, and what is remembered for
+//! that.
 
 use egui::{Align, Button, Layout, ProgressBar, Slider, Ui};
 
