@@ -39,7 +39,8 @@ fn a_hunter_eats_and_the_shoal_closes_behind_it() {
 fn clownfish_keep_to_their_anemones() {
     for bodies in [false, true] {
         let seen = sound(Behaviour::Home, bodies);
-        assert!(seen.strayed > 0.1 && seen.strayed < 1.8, "{seen:?}");
+        // Who gives way to another, or courts, goes farther for a while.
+        assert!(seen.strayed > 0.1 && seen.strayed < 3.0, "{seen:?}");
     }
 }
 
