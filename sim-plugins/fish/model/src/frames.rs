@@ -37,8 +37,8 @@ pub struct Section {
 /// How far a fin's frame is scaled down at least.
 const LEAST: f32 = 0.5;
 
-/// The frames of all segments, nose first: into as many as a body has segments, at `size` times the species'. A
-/// fin's corners are its nodes: its frame is scaled with it, and askew to the body's way where it is.
+/// The frames of all segments, nose first: into as many as a body has segments, at `size` times the species'.
+/// A fin's corners are its nodes: its frame is scaled with it, and askew to the body's way where it is.
 pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Section]) {
     let at = |node: usize| Vec3::from(positions[node]);
     let middle =

@@ -12,7 +12,8 @@ fn sound(behaviour: Behaviour, bodies: bool) -> Seen {
     assert!(seen.beyond < 0.0, "one leaves its habitat: {seen:?}");
     assert!(seen.stuck == 0.0, "one is in a rock: {seen:?}");
     assert!(seen.touching < 0.4, "two are inside one another: {seen:?}");
-    // Points turn as sharply as the bodies of which their gait was taken; neighbours' water turns bodies, too.
+    // Points turn as sharply as the bodies of which their gait was taken; neighbours' water turns bodies,
+    // too.
     assert!(seen.turning < if bodies { 2.5 } else { 1.01 }, "{seen:?}");
     seen
 }
