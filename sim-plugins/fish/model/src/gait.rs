@@ -183,8 +183,8 @@ impl Gait {
         &self.speeds
     }
 
-    /// The share of its force with which the muscles beat: below the slowest beat that was measured it falls to
-    /// nothing with the beat, as the shapes do. So a fish that hovers is straight.
+    /// The share of its force with which the muscles beat: below the slowest beat that was measured it
+    /// falls to nothing with the beat, as the shapes do. So a fish that hovers is straight.
     pub fn effort(&self, beat: f64) -> f64 {
         (beat / self.speeds[1][0]).clamp(0.0, 1.0)
     }

@@ -12,7 +12,8 @@ fn sound(behaviour: Behaviour, bodies: bool) -> Seen {
     assert!(seen.beyond < 0.0, "one leaves its habitat: {seen:?}");
     assert!(seen.stuck == 0.0, "one is in a rock: {seen:?}");
     assert!(seen.touching < 0.4, "two are inside one another: {seen:?}");
-    // Points turn as sharply as the bodies of which their gait was taken; neighbours' water turns bodies, too.
+    // Points turn as sharply as the bodies of which their gait was taken; neighbours' water turns bodies,
+    // too.
     assert!(seen.turning < if bodies { 2.75 } else { 1.01 }, "{seen:?}");
     seen
 }
@@ -39,7 +40,8 @@ fn a_hunter_eats_and_the_shoal_closes_behind_it() {
 fn clownfish_keep_to_their_anemones() {
     for bodies in [false, true] {
         let seen = sound(Behaviour::Home, bodies);
-        assert!(seen.strayed > 0.1 && seen.strayed < 2.2, "{seen:?}");
+        // Who gives way to another, or courts, goes farther for a while.
+        assert!(seen.strayed > 0.1 && seen.strayed < 3.0, "{seen:?}");
     }
 }
 

@@ -20,7 +20,8 @@ const PECTORAL: f64 = -0.25;
 const PELVIC: f64 = -0.86;
 /// How far the end of a paired fin is off the skin at most, as a share of its length.
 const LIES: f64 = 0.5;
-/// How straight the tail fin's upper and lower edges are: so straight that the springs to its corners stay within.
+/// How straight the tail fin's upper and lower edges are: so straight that the springs to its corners stay
+/// within.
 const STRAIGHT: f64 = 0.9;
 /// How much wider than its root a paired fin is at its end, as a share of its length.
 const FAN: f64 = 0.9;

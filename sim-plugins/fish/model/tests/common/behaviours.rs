@@ -1,5 +1,5 @@
-//! The four behaviours, each as fish in a box, and what is watched while they swim: shared by the tests, which
-//! look for a minute, and by `fish_minutes`, which looks for ten.
+//! The four behaviours, each as fish in a box, and what is watched while they swim: shared by the tests,
+//! which look for a minute, and by `fish_minutes`, which looks for ten.
 
 use std::collections::VecDeque;
 

@@ -78,7 +78,8 @@ fn a_home_is_kept_over_saves_new_ids_and_nearer_ones() {
     let taken = homes(&mut shoal, &hosts);
     let mut loaded = of(&species, 10.0, &starts);
     loaded.load(&shoal.save()).expect("its own state");
-    // A nearer one comes, the ids of all change, and the old ones are others' now: a module was added before theirs.
+    // A nearer one comes, the ids of all change, and the old ones are others' now: a module was added before
+    // theirs.
     let later = [anemone(7, 0.5), anemone(3, 0.12), anemone(8, 0.0)];
     assert_eq!(homes(&mut loaded, &later), taken);
     assert_eq!(homes(&mut loaded, &[]), taken, "nobody shows any in this step");
