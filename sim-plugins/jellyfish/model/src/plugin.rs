@@ -105,7 +105,7 @@ pub const PARAMS: &[Param] = &[
         .group("Accuracy")
         .range(1.0, 8.0)
         .default(2.0)
-        .help("Steps of an animal and its water in 1/60 s; those that are drawn coarsely have one, or as many as their frequency asks for."),
+        .help("Least steps of an animal and its water in 1/60 s: those that contract often have more, those that are drawn coarsely half as many."),
     Param::float(id::DETAIL, "detail")
         .label("Coarse below")
         .group("Accuracy")

@@ -17,20 +17,23 @@ use reef_sdk::abi::{DrawVertex, FibreNode, Flow};
 use super::{
     Birth, Home, Surroundings,
     jet::{Choice, Fit, PRIMITIVES},
+    skin::Skin,
 };
 use crate::{
     slice::{FREQUENCIES, Gait, Slice},
     species::Species,
-    surface::{Bell, Form, Frame, Fringe, FringeForm},
+    surface::{Bell, Frame, Fringe},
     trail::Trail,
     water::CELLS,
 };
 
 /// A step of the sea with one step of the slice [s].
 const STEP: f64 = 1.0 / 60.0;
-/// Longest step of what is far, as a share of its period: box jellies, which contract 1.5 times a second, turn
-/// over in steps of a fortieth of that.
-const LONGEST_SHARE: f64 = 0.0125;
+/// Longest step of what is near and of what is far, as a share of its period: in longer ones springs of the
+/// bell stretch to more than twice their length, and what contracts 1.5 times a second turns over.
+const LONGEST_SHARES: [f64; 2] = [0.00625, 0.0125];
+/// Most steps in 1/60 s.
+const MOST_STEPS: f64 = 16.0;
 /// Links of a trail.
 const LINKS: usize = 16;
 /// How fast trails sink, in lengths of their own a second.
@@ -40,11 +43,6 @@ const FASTEST: f32 = 100.0;
 /// Where arms stand around the mouth, and how far apart their tips drift, in widths of the bell.
 const MOUTH: f64 = 0.04;
 const ARM_SPREAD: f64 = 0.12;
-/// Of what is drawn coarsely: rings of the bell, share of the tentacles, and every which point along
-/// tentacles and arms.
-const FAR_RINGS: usize = 24;
-const FAR_TENTACLES: usize = 4;
-const FAR_POINTS: usize = 3;
 /// A level changes back when the bell is by this share wider or narrower than where it changed.
 const BAND: f64 = 0.15;
 /// Periods that an animal idles, or swims, in the mean.
@@ -60,59 +58,6 @@ const HOMEWARD: f64 = 2.0;
 const LEANS: f64 = 0.7;
 /// How near the surface and the bed the middle of a bell comes, in widths of it.
 const CLEAR: f64 = 0.75;
-
-/// Bell, tentacles and arms at one level of detail.
-#[derive(Clone, Debug)]
-struct Skin {
-    bell: Bell,
-    tentacles: Fringe,
-    arms: Fringe,
-    /// Every which point of tentacles and arms it has.
-    every: usize,
-}
-
-impl Skin {
-    /// `points`: of a tentacle and of an arm.
-    fn new(
-        species: &Species,
-        chain: &[DVec2],
-        points: [usize; 2],
-        seed: u64,
-        far: bool,
-    ) -> Result<Self, String> {
-        let (mut form, mut tentacles, arms) = (species.form(), species.tentacle_form(), species.arm_form());
-        let every = if far { FAR_POINTS } else { 1 };
-        if far {
-            form = coarse(form);
-            tentacles = fewer(tentacles);
-        }
-        let [tentacle, arm] = points.map(|points| points.div_ceil(every));
-        // Near tentacles are rounded: a point between each two.
-        let tentacle = if far { tentacle } else { 2 * tentacle - 1 };
-        Ok(Self {
-            bell: Bell::new(form, species.bell.thickness, chain, seed)?,
-            tentacles: Fringe::new(tentacles, tentacle, seed)?,
-            arms: Fringe::new(arms, arm, seed)?,
-            every,
-        })
-    }
-}
-
-fn coarse(form: Form) -> Form {
-    let around = 64;
-    let most = around as u32 / 4;
-    Form {
-        around,
-        rings: form.rings.min(FAR_RINGS),
-        structures: form.structures.min(most),
-        compressions: form.compressions.min(most),
-        ..form
-    }
-}
-
-fn fewer(form: FringeForm) -> FringeForm {
-    FringeForm { count: (form.count / FAR_TENTACLES).next_multiple_of(8).min(form.count), ..form }
-}
 
 /// An animal with its water, its surface and its place.
 #[derive(Clone, Debug)]
@@ -301,9 +246,9 @@ impl Animal {
         let _ = self.slice.set_gait(gait);
         self.slice.set_water(around.density, around.viscosity);
         self.slice.set_weight(self.weight[0] + self.weight[1] * tuning.excess_density);
-        let steps = tuning.steps.max(1) as f64;
-        let coarse = (gait.frequency * STEP / LONGEST_SHARE).ceil().max(1.0);
-        let steps = if self.far { coarse.min(steps) } else { steps };
+        let share = LONGEST_SHARES[usize::from(self.far)];
+        let least = if self.far { 1.0 } else { tuning.steps.max(1) as f64 };
+        let steps = (gait.frequency * STEP / share).ceil().clamp(least, MOST_STEPS);
         let parts = (around.dt / STEP * steps - 1e-9).ceil().max(1.0);
         let dt = around.dt / parts;
         for part in 0..parts as usize {

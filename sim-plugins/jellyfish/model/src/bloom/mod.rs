@@ -3,6 +3,7 @@
 mod animal;
 mod jet;
 mod lines;
+mod skin;
 mod state;
 
 use std::sync::Arc;
@@ -95,7 +96,7 @@ pub struct Tuning {
     pub dusk: bool,
     /// Factor on the cells of their grids.
     pub cells: f64,
-    /// Steps of a near slice in 1/60 s.
+    /// Steps of a near slice in 1/60 s, at the least: what contracts often has more.
     pub steps: usize,
     /// Bells that look narrower are drawn coarsely and stepped as seldom as they bear [px].
     pub detail: f64,
