@@ -62,7 +62,7 @@ fn a_swimming_fish_keeps_its_frames_unit_and_bends_them() {
         assert!((0..7).all(|i| (Quat::from_array(frames[i].rotation).length() - 1.0).abs() < 1e-5));
         most = most.max(way(1).angle_between(way(5)));
         // The tail fin's corners are its nodes.
-        let fin = frames[6].joint;
+        let fin = frames[6];
         for node in [21, 22] {
             let at = |node: usize| plan.body().nodes()[node].as_vec3();
             let rest = at(node) - 0.5 * (at(21) + at(22));
