@@ -164,7 +164,7 @@ fn bloom(common: &Common, report: &mut Report) -> Result<(), Failure> {
         running(world)?;
     }
     let time = |column: usize| 1e3 * best(&seen, column);
-    report.figure("64 animals in full, two steps in 1/60 s, one worker", time(0), "ms");
+    report.figure("64 animals in full, each at the steps of its frequency, one worker", time(0), "ms");
     report.judged("the same, two workers", time(1), "ms", Bar::AtMost(FRAME));
     report.judged("the scene's 64 with levels of detail, two workers", time(2), "ms", Bar::AtMost(FRAME));
     report.two_workers(best(&seen, 0) / best(&seen, 1));
