@@ -106,7 +106,7 @@ fn parts(level: Level, report: &mut Report) -> Result<(), Failure> {
 fn surface(level: Level, report: &mut Report) -> Result<(), Failure> {
     let slice = animal(level)?;
     let chain: Vec<DVec2> = slice.chain().collect();
-    let form = Form { rings: VERTICES / Form::default().around & !1, ..Form::default() };
+    let form = Form { rings: (VERTICES / Form::default().around) & !1, ..Form::default() };
     let mut bell = Bell::new(form, slice.build().thickness, &chain, 1).map_err(refused)?;
     let mut vertices = vec![DrawVertex::default(); bell.form().bell_vertices()];
     let count = vertices.len();
