@@ -106,7 +106,7 @@ fn parts(level: Level, report: &mut Report) -> Result<(), Failure> {
 fn surface(level: Level, report: &mut Report) -> Result<(), Failure> {
     let slice = animal(level)?;
     let chain: Vec<DVec2> = slice.chain().collect();
-    let form = Form { rings: VERTICES / Form::default().around & !1, ..Form::default() };
+    let form = Form { rings: (VERTICES / Form::default().around) & !1, ..Form::default() };
     let mut bell = Bell::new(form, slice.build().thickness, &chain, 1).map_err(refused)?;
     let mut vertices = vec![DrawVertex::default(); bell.form().bell_vertices()];
     let count = vertices.len();
@@ -164,7 +164,7 @@ fn bloom(common: &Common, report: &mut Report) -> Result<(), Failure> {
         running(world)?;
     }
     let time = |column: usize| 1e3 * best(&seen, column);
-    report.figure("64 animals in full, two steps in 1/60 s, one worker", time(0), "ms");
+    report.figure("64 animals in full, each at the steps of its frequency, one worker", time(0), "ms");
     report.judged("the same, two workers", time(1), "ms", Bar::AtMost(FRAME));
     report.judged("the scene's 64 with levels of detail, two workers", time(2), "ms", Bar::AtMost(FRAME));
     report.two_workers(best(&seen, 0) / best(&seen, 1));
