@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 
 use reef_command::{Common, open};
 use reef_gpu::{Gpu, GpuOptions, Validation};
-use reef_plugin::Registry;
+use reef_plugin::{Registry, StepTimes};
 use reef_render::{Quality, Settings, Shot, Studio};
 use reef_report::failure::Failure;
 use reef_sea::{Options, World, scene::Scene};
@@ -26,6 +26,12 @@ pub(super) fn line(values: &[f64]) -> String {
 pub(super) fn figure(world: &World, name: &str) -> f64 {
     let figures = world.instance(0).map(|instance| instance.figures()).unwrap_or_default();
     figures.into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |(_, value)| value)
+}
+
+/// Real time of the last step of the first module with this plugin.
+pub(super) fn times_of(world: &World, plugin: &str) -> Option<StepTimes> {
+    let module = world.modules().position(|(_, info)| info.id == plugin)?;
+    world.instance(module).map(|instance| instance.times())
 }
 
 /// The sea of a scene that `edit` made another.

@@ -10,12 +10,14 @@ use std::{
 
 use reef_anemone_model::Anemones;
 use reef_command::{Common, open};
+use reef_fish_model::Fish;
 use reef_plugin::{Registry, generation::Generation};
 use reef_report::failure::Failure;
 use reef_sdk::prelude::*;
 use reef_sea::{Options, World};
 
 use super::{
+    cells::times_of,
     fibre::running,
     measure::{best, median},
     report::{Bar, Report},
@@ -115,10 +117,11 @@ fn steps(common: &Common) -> Result<Vec<Step>, Failure> {
     let mut plugins = Registry::new();
     plugins
         .add_linked(reef_sdk::entry::<Timed>(), open::workers(common))
+        .and_then(|()| plugins.add_linked(reef_sdk::entry::<Fish>(), open::workers(common)))
         .map_err(|refusal| Failure::check(miette::miette!("the linked model: {refusal}")))?;
     let scene = open::scene(common, scene, &plugins)?;
     let mut linked = World::new(scene, &plugins, &Options::default()).map_err(Failure::input)?;
-    let times = |world: &World| world.instance(0).map(|instance| instance.times()).unwrap_or_default();
+    let times = |world: &World| times_of(world, Anemones::ID).unwrap_or_default();
     let mut steps = Vec::with_capacity(STEPS);
     for number in 0..WARM_STEPS + STEPS {
         linked.step();

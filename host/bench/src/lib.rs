@@ -9,6 +9,7 @@ mod contract;
 mod fibre;
 mod fig5;
 mod fish;
+mod flow;
 mod jellyfish;
 mod jumps;
 pub mod measure;
@@ -73,6 +74,11 @@ const BENCHES: &[Bench] = &[
         name: "fish",
         about: "spring-sub-steps of the fish's bodies, beside a bare kernel's ceiling, and ten thousand of them",
         run: fish::run,
+    },
+    Bench {
+        name: "flow",
+        about: "the anemones of figure 13 among ten thousand singularities, beside one",
+        run: flow::run,
     },
     Bench {
         name: "jellyfish",

@@ -85,10 +85,18 @@ fn wrapped(id: &str, table: &Map<String, Value>) -> Result<toml::Table, String> 
     Ok(toml::Table::from_iter([("modules".to_owned(), modules.into())]))
 }
 
-/// The scene with no modules but those of this plugin.
+/// The scene with no modules but those of this plugin, and without what is attached to the others.
 fn without_others(mut scene: toml::Table, id: &str) -> toml::Table {
+    let mut left = Vec::new();
     if let Some(toml::Value::Table(modules)) = scene.get_mut("modules") {
         modules.retain(|_, module| module.get("use").and_then(toml::Value::as_str) == Some(id));
+        left = modules.keys().cloned().collect();
+    }
+    for list in scene.iter_mut().filter_map(|(_, value)| value.as_array_mut()) {
+        list.retain(|element| {
+            let module = element.get("attach").and_then(|attach| attach.get("module")?.as_str());
+            module.is_none_or(|module| left.iter().any(|name| name == module))
+        });
     }
     scene
 }

@@ -59,24 +59,38 @@ impl Field {
 
     /// Takes a step's primitives, in the host's order.
     pub fn refill(&mut self, flows: &[Flow]) {
+        self.refill_within(flows, [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]]);
+    }
+
+    /// Takes what of a step's primitives may act inside a box [m, world]: for who asks about no other place.
+    pub fn refill_within(&mut self, flows: &[Flow], [least, greatest]: [[f64; 3]; 2]) {
         self.flows.clear();
-        self.flows.extend_from_slice(flows);
         self.count = 0;
         self.everywhere.clear();
         self.limited.clear();
         self.cells = [0; 3];
-        for (index, flow) in (0_u32..).zip(flows) {
+        for flow in flows {
+            let limited = flow.kind != abi::FLOW_DIRECTIONAL && flow.reach > 0.0;
+            // Wider by what rounding to f32 may move a point.
+            let radius = f64::from(flow.reach) * 1.0001;
+            let touches =
+                |i: usize| flow.position[i] + radius >= least[i] && flow.position[i] - radius <= greatest[i];
+            // Most of many are far: the cheap question comes first.
+            if limited && !(0..3).all(touches) {
+                self.count += u32::from(flow.strength != 0.0);
+                continue;
+            }
             if !acts(flow) {
                 continue;
             }
             self.count += 1;
-            if flow.kind == abi::FLOW_DIRECTIONAL || flow.reach <= 0.0 {
-                self.everywhere.push(index);
-            } else {
-                // Wider by what rounding to f32 may move a point.
-                let radius = f64::from(flow.reach) * 1.0001;
+            let index = self.flows.len() as u32;
+            if limited {
                 self.limited.push((index, Sphere { center: flow.position, radius }));
+            } else {
+                self.everywhere.push(index);
             }
+            self.flows.push(*flow);
         }
         if self.limited.len() < FEWEST_FOR_A_GRID {
             self.everywhere.extend(self.limited.drain(..).map(|(index, _)| index));
@@ -87,7 +101,7 @@ impl Field {
         self.everywhere.sort_unstable();
     }
 
-    /// The primitives as they came.
+    /// Those of them that act, in the order in which they came.
     pub fn flows(&self) -> &[Flow] {
         &self.flows
     }

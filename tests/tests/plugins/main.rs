@@ -20,6 +20,7 @@ mod repeatable;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod runaways;
 mod scaffold;
+mod services;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod strikes;
 mod textures;

@@ -9,7 +9,7 @@ fn a_reload_of_the_same_code_changes_no_hash() {
     let installed = artifacts().side_by_side(&["reef_anemone"]);
     let hash = |more: &[&str]| {
         let output = Command::new(installed.path().join("reef"))
-            .args(["sim", "anemone-fig13-36-anemones", "--steps", "40", "--hash", "--assets"])
+            .args(["sim", "anemone-fig12-singularities", "--steps", "40", "--hash", "--assets"])
             .arg(workspace().join("assets"))
             .args(more)
             .output()

@@ -235,7 +235,7 @@ mod tests {
         assert!(write(&parent.path().join("new"), &bad).is_err());
         assert_eq!(names(), 0);
         write(&parent.path().join("new"), &c("new")).unwrap();
-        assert_eq!((names(), fs::read_dir(parent.path().join("new")).unwrap().count()), (1, 5));
+        assert_eq!((names(), fs::read_dir(parent.path().join("new")).unwrap().count()), (1, 6));
         let missing = parent.path().join("no/such");
         assert!(write(&missing.join("new"), &bad).unwrap_err().contains("there is no folder"));
     }

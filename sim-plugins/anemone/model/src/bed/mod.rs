@@ -341,7 +341,8 @@ impl Bed {
         };
         let moving = around.dt > 0.0;
         if moving {
-            self.field.refill(around.flow);
+            let extent = extent(self.feet.iter().chain(&self.fibres).chain(&self.followers));
+            self.field.refill_within(around.flow, extent);
             own::list_emitters(around.flow, self.plants.len(), &mut self.emitters);
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
@@ -497,6 +498,19 @@ fn each_batch(
             nodes = rest;
         }
     });
+}
+
+/// The box around the bounds of batches [m, world]: nothing of a bed asks for the flow outside of it.
+fn extent<'a>(batches: impl Iterator<Item = &'a Batch>) -> [[f64; 3]; 2] {
+    let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    batches.fold(none, |[mut low, mut high], batch| {
+        let Sphere { center, radius } = batch.bounds;
+        for i in 0..3 {
+            low[i] = low[i].min(center[i] - radius);
+            high[i] = high[i].max(center[i] + radius);
+        }
+        [low, high]
+    })
 }
 
 /// Neighbours that are alike share what never changes in a step.
