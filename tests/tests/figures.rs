@@ -185,7 +185,7 @@ fn middle(fish: &[Point]) -> Point {
 }
 
 /// The fibres that stand within 15 cm of a place of the ground.
-fn around<'a>(fibres: &'a Fibres, [x, z]: [f64; 2]) -> impl Iterator<Item = &'a Vec<Point>> {
+fn around(fibres: &Fibres, [x, z]: [f64; 2]) -> impl Iterator<Item = &Vec<Point>> {
     fibres.iter().filter(move |fibre| length(minus(fibre[0], [x, fibre[0][1], z])) < 0.15)
 }
 

@@ -210,8 +210,8 @@ impl Host {
         };
         match (status, usize::try_from(length)) {
             (abi::OK, Ok(0)) => Ok(Vec::new()),
-            // SAFETY: so many bytes of the host's, which stay until this call of the plugin returned.
             (abi::OK, Ok(length)) => {
+                // SAFETY: so many bytes of the host's, which stay until this call of the plugin returned.
                 Ok(unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length) }.to_vec())
             }
             _ => Err(refused()),
