@@ -331,14 +331,20 @@ impl Shared {
         let something =
             || !Claim::of(self.claim.load(Ordering::SeqCst)).is_empty() || self.quit.load(Ordering::SeqCst);
         loop {
-            while self.take_one(worker) {}
+            let mut ran = false;
+            while self.take_one(worker) {
+                ran = true;
+            }
+            // At once: by the time that nothing more comes, the last call may be over.
+            if ran {
+                guard::put_back_jobs(&self.fate);
+            }
             if self.quit.load(Ordering::SeqCst) {
                 return;
             }
             if watch(something) {
                 continue;
             }
-            guard::put_back_jobs(&self.fate);
             let mut guard = self.sleep.lock().unwrap_or_else(PoisonError::into_inner);
             self.sleepers.fetch_add(1, Ordering::SeqCst);
             while !something() {
