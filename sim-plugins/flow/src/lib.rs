@@ -34,3 +34,9 @@ pub use keyframe::{Interpolation, Key, Track};
 pub use packed::{Packed, divergence, velocity, velocity8, velocity16};
 pub use simd::Level;
 pub use steepness::steepness;
+
+/// A primitive that is so many times as strong. A shelter's peak means nothing and stays.
+pub fn stronger(flow: &reef_abi::Flow, factor: f32) -> reef_abi::Flow {
+    let peak = if flow.kind == reef_abi::FLOW_SHELTER { flow.peak } else { flow.peak * factor };
+    reef_abi::Flow { strength: flow.strength * factor, peak, ..*flow }
+}

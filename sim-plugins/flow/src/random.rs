@@ -40,6 +40,33 @@ impl Random {
     }
 }
 
+/// Places that fill a box evenly, one after the other, for a seed: steps by powers of the root of x⁴ = x + 1
+/// (M. Roberts 2018).
+#[derive(Clone, Copy, Debug)]
+pub struct Even([f64; 3]);
+
+impl Even {
+    const STEPS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
+    /// Share of a box along each side in which there is none.
+    const MARGIN: f64 = 0.1;
+
+    /// The places of a seed.
+    pub fn new(seed: u64) -> Self {
+        let mut random = Random::new(seed, 0);
+        Self([(); 3].map(|()| random.unit()))
+    }
+
+    /// The place with a number, in a box between two corners.
+    pub fn place(&self, number: u32, low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
+        core::array::from_fn(|axis| {
+            let share = (self.0[axis] + Self::STEPS[axis] * f64::from(number)).fract();
+            let (low, extent) = (low[axis], high[axis] - low[axis]);
+            let inner = extent * Self::MARGIN;
+            low + inner + (extent - 2.0 * inner) * share
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,5 +79,21 @@ mod tests {
         assert_ne!(draw(1, 2), draw(2, 2));
         let mut random = Random::new(7, 7);
         assert!((0..1000).all(|_| (0.0..1.0).contains(&random.unit())));
+    }
+
+    #[test]
+    fn even_places_fill_their_box_but_for_its_margin() {
+        let even = Even::new(3);
+        let places: Vec<[f64; 3]> =
+            (0..512).map(|i| even.place(i, [-1.0, 0.0, 5.0], [1.0, 10.0, 6.0])).collect();
+        for (axis, low, extent) in [(0, -1.0, 2.0), (1, 0.0, 10.0), (2, 5.0, 1.0)] {
+            let mut counts = [0; 8];
+            for place in &places {
+                let share = (place[axis] - low) / extent;
+                assert!((0.1..=0.9).contains(&share), "{place:?}");
+                counts[((share - 0.1) / 0.8 * 8.0).min(7.0) as usize] += 1;
+            }
+            assert!(counts.iter().all(|count| (56..=72).contains(count)), "{counts:?}");
+        }
     }
 }

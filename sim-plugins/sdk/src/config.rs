@@ -1,5 +1,6 @@
 //! The scene's configuration on its way into `create`.
 
+use schemars::{JsonSchema, Schema, generate::SchemaSettings};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -47,6 +48,26 @@ impl SceneInfo {
         };
         from_value(table.clone()).map_err(|error| error.within(&format!("species.{name}")))
     }
+
+    /// The same for the key at `path` of the configuration, which names the species: an unknown name is its
+    /// fault. Errors inside of a species keep their own path.
+    pub fn species_at<S: DeserializeOwned>(&self, name: &str, path: &str) -> Result<S, ConfigError> {
+        self.species(name).map_err(|error| {
+            if error.path.is_empty() { ConfigError::new(path, error.message) } else { error }
+        })
+    }
+}
+
+/// Tells the schema of a module's table what a species is made of, for `#[schemars(transform =
+/// describe_species::<Species>)]`: the scene's reader holds species files against it.
+pub fn describe_species<S: JsonSchema>(schema: &mut Schema) {
+    schema.insert("x-species".to_owned(), species_schema::<S>().to_value());
+}
+
+/// The schema of a species, in one piece.
+pub fn species_schema<S: JsonSchema>() -> Schema {
+    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    settings.into_generator().into_root_schema_for::<S>()
 }
 
 /// Reads the JSON object `{"scene": …, "species": …, "config": …}`.
@@ -118,6 +139,8 @@ mod tests {
         assert_eq!(scene.species::<Plant>("a").unwrap().species, "b");
         assert_eq!(scene.species::<Plant>("c").unwrap_err().message, "unknown species `c`; allowed: a");
         assert_eq!(scene.species::<Bed>("a").unwrap_err().path, "species.a.species");
+        let path = |name: &str| scene.species_at::<Bed>(name, "plants[0].species").unwrap_err().path;
+        assert_eq!([path("c"), path("a")], ["plants[0].species", "species.a.species"]);
     }
 
     #[test]

@@ -77,6 +77,7 @@ mod error;
 mod guard;
 #[allow(unsafe_code, reason = "calls of the host's services")]
 mod host;
+mod kept;
 #[allow(unsafe_code, reason = "calls of the host's services")]
 mod mesh;
 mod param;
@@ -87,10 +88,11 @@ mod step;
 #[allow(unsafe_code, reason = "disjoint parts of one slice go to concurrent jobs")]
 mod workers;
 
-pub use config::SceneInfo;
+pub use config::{SceneInfo, describe_species, species_schema};
 pub use entry::entry;
 pub use error::{AssetError, ConfigError, MeshError, Reset, StateError, Status, StepError, TextureError};
 pub use host::{Host, Level, Limits, Texture, TextureFormat};
+pub use kept::{Held, Kept};
 pub use mesh::{Mesh, MeshDesc};
 pub use param::{Param, ParamKind, Params};
 pub use reef_abi::pack_normal;
@@ -107,7 +109,7 @@ pub mod macros {
 /// Everything that a plugin's source usually names.
 pub mod prelude {
     pub use crate::{
-        AssetError, Chunks, ConfigError, Element, Heightfield, Host, Level, Mesh, MeshDesc, MeshError,
+        AssetError, Chunks, ConfigError, Element, Heightfield, Held, Host, Level, Mesh, MeshDesc, MeshError,
         Output, Param, ParamKind, Params, Parts, Plugin, Reset, SceneInfo, Split, StateError, StateReader,
         StateWriter, Status, StepError, StepInput, Texture, TextureError, TextureFormat, Workers, abi,
         pack_normal,

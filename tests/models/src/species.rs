@@ -57,8 +57,7 @@ pub struct Parameter {
 /// # Panics
 /// When the defaults are no plain data.
 pub fn parameters<S: JsonSchema + Serialize + Default>() -> Vec<Parameter> {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<S>().to_value();
+    let schema = reef_sdk::species_schema::<S>().to_value();
     let mut found = Vec::new();
     collect("", &schema, &serde_json::to_value(S::default()).expect("plain data"), &mut found);
     found

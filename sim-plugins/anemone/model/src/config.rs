@@ -1,5 +1,6 @@
 //! The module's table in a scene file.
 
+use reef_sdk::describe_species;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,7 @@ pub const MOST_NODES: u64 = 4_000_000;
 /// What the anemone module puts into a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(transform = describe_species)]
+#[schemars(transform = describe_species::<Species>)]
 pub struct Config {
     /// Anemones and seagrasses one by one.
     #[schemars(length(max = 20000))]
@@ -30,13 +31,6 @@ pub struct Config {
     /// Tufts of guide fibres with more fibres interpolated between them (figure 18).
     #[schemars(length(max = 1000))]
     pub tufts: Vec<Tuft>,
-}
-
-/// Tells the schema what a species is made of: the scene's reader holds species files against it.
-fn describe_species(schema: &mut schemars::Schema) {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let species = settings.into_generator().into_root_schema_for::<Species>();
-    schema.insert("x-species".to_owned(), species.to_value());
 }
 
 /// One anemone or tuft of seagrass.

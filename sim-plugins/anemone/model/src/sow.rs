@@ -79,8 +79,8 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
     let mut count = Count::default();
     for (i, anemone) in config.anemones.iter().enumerate() {
         let path = format!("anemones[{i}]");
-        let kind = kind_of(scene, &anemone.species, &mut kinds, &mut harvest)
-            .map_err(|error| at_species(error, &format!("{path}.species")))?;
+        let named = format!("{path}.species");
+        let kind = kind_of(scene, &anemone.species, &named, &mut kinds, &mut harvest)?;
         count.add(&kind.species, 1, &path)?;
         let seedling = one(scene, anemone, i, kind);
         remark(&mut harvest, &seedling, &path, &anemone.species);
@@ -96,8 +96,8 @@ pub(crate) fn sow(scene: &SceneInfo, config: &Config) -> Result<Harvest, ConfigE
             return Err(ConfigError::new(format!("{path}.scale"), "the least size is above the greatest"));
         }
         for (k, name) in scatter.species.iter().enumerate() {
-            let kind = kind_of(scene, name, &mut kinds, &mut harvest)
-                .map_err(|error| at_species(error, &format!("{path}.species[{k}]")))?;
+            let named = format!("{path}.species[{k}]");
+            let kind = kind_of(scene, name, &named, &mut kinds, &mut harvest)?;
             count.add(&kind.species, u64::from(scatter.count), &path)?;
         }
         scattered(scene, scatter, i, &path, &kinds, &mut harvest);
@@ -175,19 +175,15 @@ impl Count {
     }
 }
 
-/// Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
-fn at_species(error: ConfigError, path: &str) -> ConfigError {
-    if error.path.is_empty() { ConfigError::new(path, error.message) } else { error }
-}
-
 fn kind_of<'a>(
     scene: &SceneInfo,
     name: &str,
+    path: &str,
     kinds: &'a mut BTreeMap<String, Kind>,
     harvest: &mut Harvest,
 ) -> Result<&'a Kind, ConfigError> {
     if !kinds.contains_key(name) {
-        let species: Species = scene.species(name)?;
+        let species: Species = scene.species_at(name, path)?;
         reef_sdk::ranges::check(&species).map_err(|error| error.within(&format!("species.{name}")))?;
         species
             .check()
@@ -199,7 +195,7 @@ fn kind_of<'a>(
         let kind = Kind { species, materials: [first, first + 1], hash: fnv1a_32(name.as_bytes()) };
         kinds.insert(name.to_owned(), kind);
     }
-    kinds.get(name).ok_or_else(|| ConfigError::new("", format!("unknown species `{name}`")))
+    kinds.get(name).ok_or_else(|| ConfigError::new(path, format!("unknown species `{name}`")))
 }
 
 /// A surface in the stream's terms. Its colours were checked; white stands in for one that was not.

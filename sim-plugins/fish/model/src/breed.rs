@@ -1,7 +1,7 @@
 //! All that a species is, worked out once: its body, its gait, its skin. An instance that is made beside
 //! another of the same table, as for a load, does not work it out again.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use reef_sdk::{Held, Kept};
 
 use crate::{
     Plan,
@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// What somebody has.
-static KNOWN: Mutex<Vec<Weak<Breed>>> = Mutex::new(Vec::new());
+static KNOWN: Kept<Breed> = Kept::new();
 
 /// A species and all that is made from its table.
 #[derive(Debug)]
@@ -30,19 +30,17 @@ impl Breed {
     ///
     /// # Errors
     /// The key that is wrong, and what is allowed.
-    pub fn of(species: &Species) -> Result<Arc<Self>, BodyError> {
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let there = known.iter().filter_map(Weak::upgrade).find(|breed| breed.species == *species);
-        if let Some(there) = there {
-            return Ok(there);
-        }
-        let plan = species.plan()?;
-        let gait = Gait::of(species, &plan)?;
-        let (shape, picture) = (shape(species, &plan), paint(&species.look, Outline::new(species).last()));
-        let breed = Arc::new(Self { species: species.clone(), plan, gait, shape, picture });
-        known.retain(|breed| breed.strong_count() > 0);
-        known.push(Arc::downgrade(&breed));
-        Ok(breed)
+    pub fn of(species: &Species) -> Result<Held<Self>, BodyError> {
+        KNOWN.get(
+            |breed| breed.species == *species,
+            || {
+                let plan = species.plan()?;
+                let gait = Gait::of(species, &plan)?;
+                let shape = shape(species, &plan);
+                let picture = paint(&species.look, Outline::new(species).last());
+                Ok(Self { species: species.clone(), plan, gait, shape, picture })
+            },
+        )
     }
 
     /// Its table.
@@ -68,14 +66,5 @@ impl Breed {
     /// What is on its skin.
     pub fn picture(&self) -> &Picture {
         &self.picture
-    }
-}
-
-/// A library that is unloaded leaves nothing behind: to be called when breeds were given up.
-pub(crate) fn forget() {
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known.retain(|breed| breed.strong_count() > 0);
-    if known.is_empty() {
-        *known = Vec::new();
     }
 }

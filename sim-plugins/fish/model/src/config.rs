@@ -1,5 +1,6 @@
 //! The module's table in a scene file.
 
+use reef_sdk::describe_species;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,7 @@ pub const MOST_FISH: u64 = 100_000;
 /// What the fish module puts into a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(transform = describe_species)]
+#[schemars(transform = describe_species::<Species>)]
 pub struct Config {
     /// Groups of fish, each of one species in a box that it does not leave.
     #[schemars(length(max = 1000))]
@@ -33,13 +34,6 @@ impl Default for Config {
         ];
         Self { groups: Vec::new(), hosts: hosts.map(String::from).into() }
     }
-}
-
-/// Tells the schema what a species is made of: the scene's reader holds species files against it.
-fn describe_species(schema: &mut schemars::Schema) {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let species = settings.into_generator().into_root_schema_for::<Species>();
-    schema.insert("x-species".to_owned(), species.to_value());
 }
 
 /// Fish of one species.

@@ -1,13 +1,11 @@
 //! The plugin: configuration in, streams out.
 
-use std::sync::Arc;
-
 use glam::DVec3;
-use reef_flow::{Level, color::linear_rgb};
+use reef_flow::{Level, color::linear_rgb, stronger};
 use reef_sdk::{abi::fnv1a_32, prelude::*};
 
 use crate::{
-    breed::{Breed, forget},
+    breed::Breed,
     config::Config,
     draw::{Brush, Wear},
     look::Look,
@@ -28,7 +26,7 @@ pub struct Fish {
     _meshes: Vec<Mesh>,
     _pictures: Vec<Texture>,
     /// What they are made of, for an instance that is made beside this one.
-    breeds: Vec<Arc<Breed>>,
+    _breeds: Vec<Held<Breed>>,
     /// Species by species.
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
@@ -107,36 +105,6 @@ fn material(look: &Look, picture: u32) -> abi::Material {
 }
 
 impl Fish {
-    fn made(host: &Host, scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
-        let Stock { breeds: named, shoal } = Stock::new(scene, config)?;
-        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
-        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
-        for (name, breed) in named {
-            let mesh = breed.shape().upload(host, &name)?;
-            let picture = host.texture(&name, TextureFormat::Srgb, paint::SIZE, &breed.picture().texels)?;
-            wears.push(Wear::new(&name, mesh.id(), materials.len() as u32, breed.shape().radius));
-            materials.push(material(&breed.species().look, picture.id()));
-            meshes.push(mesh);
-            pictures.push(picture);
-            breeds.push(breed);
-        }
-        let mut hosts: Vec<u32> = config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect();
-        hosts.extend(shoal.kinds().iter().flat_map(|kind| &kind.lives_in));
-        Ok(Self {
-            brush: Brush::new(&shoal),
-            flows: Vec::with_capacity(shoal.fish().len()),
-            shoal,
-            _meshes: meshes,
-            _pictures: pictures,
-            breeds,
-            wears,
-            materials,
-            hosts,
-            anemones: Vec::new(),
-            nodes: Vec::new(),
-        })
-    }
-
     /// Where the nodes of all fish are, for recordings.
     fn trace(&mut self, room: &mut [abi::Trace]) {
         let Self { shoal, nodes, .. } = self;
@@ -164,13 +132,6 @@ impl Fish {
     }
 }
 
-impl Drop for Fish {
-    fn drop(&mut self) {
-        self.breeds.clear();
-        forget();
-    }
-}
-
 impl Plugin for Fish {
     const ID: &'static str = "reef.fish";
     const NAME: &'static str = "Fish";
@@ -191,11 +152,33 @@ impl Plugin for Fish {
     }
 
     fn create(host: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
-        let made = Self::made(host, scene, &config);
-        if made.is_err() {
-            forget();
+        let Stock { breeds: named, shoal } = Stock::new(scene, &config)?;
+        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
+        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
+        for (name, breed) in named {
+            let mesh = breed.shape().upload(host, &name)?;
+            let picture = host.texture(&name, TextureFormat::Srgb, paint::SIZE, &breed.picture().texels)?;
+            wears.push(Wear::new(&name, mesh.id(), materials.len() as u32, breed.shape().radius));
+            materials.push(material(&breed.species().look, picture.id()));
+            meshes.push(mesh);
+            pictures.push(picture);
+            breeds.push(breed);
         }
-        made
+        let mut hosts: Vec<u32> = config.hosts.iter().map(|name| fnv1a_32(name.as_bytes())).collect();
+        hosts.extend(shoal.kinds().iter().flat_map(|kind| &kind.lives_in));
+        Ok(Self {
+            brush: Brush::new(&shoal),
+            flows: Vec::with_capacity(shoal.fish().len()),
+            shoal,
+            _meshes: meshes,
+            _pictures: pictures,
+            _breeds: breeds,
+            wears,
+            materials,
+            hosts,
+            anemones: Vec::new(),
+            nodes: Vec::new(),
+        })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
@@ -245,12 +228,7 @@ impl Plugin for Fish {
         let carried = input.param(id::CARRIED) as f32;
         self.flows.clear();
         if carried > 0.0 {
-            let strong = |flow: &abi::Flow| abi::Flow {
-                strength: flow.strength * carried,
-                peak: flow.peak * carried,
-                ..*flow
-            };
-            self.flows.extend(shoal.flows().iter().map(strong));
+            self.flows.extend(shoal.flows().iter().map(|flow| stronger(flow, carried)));
         }
         output.emit(&self.flows)?;
 

@@ -1,10 +1,10 @@
 //! From a configuration to fish where they begin. What there is depends on the seed and the table alone.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use glam::DVec3;
-use reef_flow::random::{Random, mix};
-use reef_sdk::{ConfigError, SceneInfo, ranges};
+use reef_flow::random::{Even, Random, mix};
+use reef_sdk::{ConfigError, Held, SceneInfo, ranges};
 
 use crate::{
     breed::Breed,
@@ -13,16 +13,11 @@ use crate::{
     species::Species,
 };
 
-/// Share of a box along each side in which no fish begins.
-const MARGIN: f64 = 0.1;
-/// Steps of a sequence that fills a box evenly: powers of the root of x⁴ = x + 1 (M. Roberts 2018).
-const EVEN: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
-
 /// What stands in a configuration.
 #[derive(Debug)]
 pub struct Stock {
     /// Species, in the order of their names.
-    pub breeds: Vec<(String, Arc<Breed>)>,
+    pub breeds: Vec<(String, Held<Breed>)>,
     /// All fish where they begin.
     pub shoal: Shoal,
 }
@@ -35,7 +30,7 @@ impl Stock {
     /// the place.
     pub fn new(scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
         ranges::check(config)?;
-        let mut breeds: BTreeMap<String, Arc<Breed>> = BTreeMap::new();
+        let mut breeds: BTreeMap<String, Held<Breed>> = BTreeMap::new();
         let mut count = 0;
         for (i, group) in config.groups.iter().enumerate() {
             check(group, &format!("groups[{i}]"))?;
@@ -49,9 +44,9 @@ impl Stock {
                 breeds.insert(group.species.clone(), breed);
             }
         }
-        let breeds: Vec<(String, Arc<Breed>)> = breeds.into_iter().collect();
+        let breeds: Vec<(String, Held<Breed>)> = breeds.into_iter().collect();
         let number = |name: &str| breeds.iter().position(|(known, _)| known == name);
-        let kind = |(_, breed): &(String, Arc<Breed>)| {
+        let kind = |(_, breed): &(String, Held<Breed>)| {
             // A species that is not here is nobody's prey.
             let prey = breed
                 .species()
@@ -106,15 +101,11 @@ fn check(group: &Group, path: &str) -> Result<(), ConfigError> {
 /// The fish of a group, of a kind, in a habitat.
 fn place(group: &Group, [kind, number]: [u32; 2], seed: u64, variation: f64, starts: &mut Vec<Start>) {
     let Habitat { low, high } = habitat(group);
-    let mut first = Random::new(seed, 0);
-    let shift = [(); 3].map(|()| first.unit());
+    let even = Even::new(seed);
     for i in 0..group.count {
         let mut random = Random::new(seed, u64::from(i) + 1);
-        let share: [f64; 3] = core::array::from_fn(|axis| (shift[axis] + EVEN[axis] * f64::from(i)).fract());
-        let share = DVec3::from(share);
-        let inner = (high - low) * MARGIN;
         let position = match group.position {
-            None => low + inner + (high - low - 2.0 * inner) * share,
+            None => even.place(i, group.low, group.high).into(),
             Some(at) => {
                 // All over the ball: the greatest of three is spread as the cube's root is.
                 let mut own = Random::new(mix(seed), u64::from(i));
@@ -142,11 +133,8 @@ fn place(group: &Group, [kind, number]: [u32; 2], seed: u64, variation: f64, sta
     }
 }
 
-fn read(scene: &SceneInfo, name: &str, path: &str) -> Result<Arc<Breed>, ConfigError> {
-    // Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
-    let species: Species = scene
-        .species(name)
-        .map_err(|error| if error.path.is_empty() { ConfigError::new(path, error.message) } else { error })?;
+fn read(scene: &SceneInfo, name: &str, path: &str) -> Result<Held<Breed>, ConfigError> {
+    let species: Species = scene.species_at(name, path)?;
     let at = |key: &str, problem: String| ConfigError::new(format!("species.{name}.{key}"), problem);
     species.check(name).map_err(|error| at(&error.key, error.problem))?;
     Breed::of(&species).map_err(|error| at(&error.key, error.problem))

@@ -1,12 +1,14 @@
 //! What is made of a look once, however many animals and instances have it: an instance that is made beside
 //! another one does not paint it again.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::convert::Infallible;
+
+use reef_sdk::{Held, Kept};
 
 use crate::{paint::Paint, species::Look};
 
 /// What somebody has.
-static KNOWN: Mutex<Vec<Weak<Breed>>> = Mutex::new(Vec::new());
+static KNOWN: Kept<Breed> = Kept::new();
 
 /// A look and the picture of its bell.
 #[derive(Debug)]
@@ -18,15 +20,12 @@ pub struct Breed {
 
 impl Breed {
     /// Of colours that were checked.
-    pub fn of(look: &Look) -> Arc<Self> {
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(there) = known.iter().filter_map(Weak::upgrade).find(|breed| breed.look == *look) {
-            return there;
-        }
-        let paint = Paint::new(look);
-        let breed = Arc::new(Self { look: look.clone(), texels: paint.texels(), paint });
-        known.retain(|breed| breed.strong_count() > 0);
-        known.push(Arc::downgrade(&breed));
+    pub fn of(look: &Look) -> Held<Self> {
+        let paint = || {
+            let paint = Paint::new(look);
+            Ok::<_, Infallible>(Self { look: look.clone(), texels: paint.texels(), paint })
+        };
+        let Ok(breed) = KNOWN.get(|breed| breed.look == *look, paint);
         breed
     }
 
@@ -43,14 +42,5 @@ impl Breed {
     /// The picture, [`crate::paint::SIZE`] texels.
     pub fn texels(&self) -> &[u8] {
         &self.texels
-    }
-}
-
-/// A library that is unloaded leaves nothing behind: to be called when breeds were given up.
-pub(crate) fn forget() {
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known.retain(|breed| breed.strong_count() > 0);
-    if known.is_empty() {
-        *known = Vec::new();
     }
 }

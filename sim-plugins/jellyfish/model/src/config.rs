@@ -1,5 +1,6 @@
 //! The module's table in a scene file.
 
+use reef_sdk::describe_species;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub const MOST_TRACERS: u32 = 20_000;
 /// What the jellyfish module puts into a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(transform = describe_species)]
+#[schemars(transform = describe_species::<Species>)]
 pub struct Config {
     /// Groups of animals, each of one species in a box that it stays in.
     #[schemars(length(max = 512))]
@@ -21,13 +22,6 @@ pub struct Config {
     /// Animals one by one: they swim on, up to the surface.
     #[schemars(length(max = 512))]
     pub animals: Vec<Placed>,
-}
-
-/// Tells the schema what a species is made of: the scene's reader holds species files against it.
-fn describe_species(schema: &mut schemars::Schema) {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let species = settings.into_generator().into_root_schema_for::<Species>();
-    schema.insert("x-species".to_owned(), species.to_value());
 }
 
 /// Animals of one species, placed by a seed.

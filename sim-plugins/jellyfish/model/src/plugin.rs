@@ -1,14 +1,12 @@
 //! The plugin: configuration in, streams out.
 
-use std::sync::Arc;
-
 use glam::DVec3;
-use reef_flow::Level;
+use reef_flow::{Level, stronger};
 use reef_sdk::prelude::*;
 
 use crate::{
     bloom::{Bloom, BloomState, Shown, Surroundings, Tuning},
-    breed::{Breed, forget},
+    breed::Breed,
     config::Config,
     draw::{self, MATERIALS, Wear},
     paint,
@@ -25,7 +23,7 @@ pub struct Jellyfish {
     /// What the elements name: they live as long as the animals do.
     _meshes: Vec<Mesh>,
     pictures: Vec<Texture>,
-    breeds: Vec<Arc<Breed>>,
+    breeds: Vec<Held<Breed>>,
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
     /// What the animals do to the water, at the panel's strength.
@@ -137,24 +135,6 @@ impl Jellyfish {
         &self.bloom
     }
 
-    fn made(host: &Host, scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
-        let Stock { species, births } = Stock::new(scene, config)?;
-        let tables: Vec<_> = species.iter().map(|(_, table)| table.clone()).collect();
-        let bloom = Bloom::new(&tables, &births).map_err(|problem| ConfigError::new("", problem))?;
-        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
-        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, (name, table)) in species.iter().enumerate() {
-            let breed = Breed::of(&table.look);
-            let animal = births.iter().position(|birth| birth.species == number).unwrap_or(0);
-            wears.push(Wear::new(host, name, breed.paint(), (&bloom, animal), materials.len(), &mut meshes)?);
-            materials.extend([abi::Material::default(); MATERIALS]);
-            pictures.push(host.texture(name, TextureFormat::Srgb, paint::SIZE, breed.texels())?);
-            breeds.push(breed);
-        }
-        let flows = Vec::with_capacity(bloom.flows().len());
-        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, flows })
-    }
-
     fn tuning(input: &StepInput) -> Tuning {
         Tuning {
             frequency: input.param(id::FREQUENCY),
@@ -230,13 +210,6 @@ impl Jellyfish {
     }
 }
 
-impl Drop for Jellyfish {
-    fn drop(&mut self) {
-        self.breeds.clear();
-        forget();
-    }
-}
-
 impl Plugin for Jellyfish {
     const ID: &'static str = "reef.jellyfish";
     const NAME: &'static str = "Jellyfish";
@@ -257,11 +230,21 @@ impl Plugin for Jellyfish {
     }
 
     fn create(host: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
-        let made = Self::made(host, scene, &config);
-        if made.is_err() {
-            forget();
+        let Stock { species, births } = Stock::new(scene, &config)?;
+        let tables: Vec<_> = species.iter().map(|(_, table)| table.clone()).collect();
+        let bloom = Bloom::new(&tables, &births).map_err(|problem| ConfigError::new("", problem))?;
+        let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
+        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (name, table)) in species.iter().enumerate() {
+            let breed = Breed::of(&table.look);
+            let animal = births.iter().position(|birth| birth.species == number).unwrap_or(0);
+            wears.push(Wear::new(host, name, breed.paint(), (&bloom, animal), materials.len(), &mut meshes)?);
+            materials.extend([abi::Material::default(); MATERIALS]);
+            pictures.push(host.texture(name, TextureFormat::Srgb, paint::SIZE, breed.texels())?);
+            breeds.push(breed);
         }
-        made
+        let flows = Vec::with_capacity(bloom.flows().len());
+        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, flows })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
@@ -280,12 +263,7 @@ impl Plugin for Jellyfish {
         let jet = input.param(id::JET) as f32;
         self.flows.clear();
         if jet > 0.0 {
-            let strong = |flow: &abi::Flow| abi::Flow {
-                strength: flow.strength * jet,
-                peak: flow.peak * jet,
-                ..*flow
-            };
-            self.flows.extend(self.bloom.flows().iter().map(strong));
+            self.flows.extend(self.bloom.flows().iter().map(|flow| stronger(flow, jet)));
         }
         output.emit(&self.flows)?;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use reef_flow::random::{Random, mix};
+use reef_flow::random::{Even, Random, mix};
 use reef_sdk::{ConfigError, SceneInfo, ranges};
 
 use crate::{
@@ -11,11 +11,6 @@ use crate::{
     config::{Config, Group, MOST_ANIMALS},
     species::Species,
 };
-
-/// Share of a box along each side in which no animal begins.
-const MARGIN: f64 = 0.1;
-/// Steps of a sequence that fills a box evenly: powers of the root of x⁴ = x + 1 (M. Roberts 2018).
-const EVEN: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
 
 /// What stands in a configuration.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,15 +101,12 @@ fn check(group: &Group, path: &str) -> Result<(), ConfigError> {
 /// The animals of a group.
 fn place(group: &Group, species: usize, seed: u64, births: &mut Vec<Birth>) {
     let (low, high) = (DVec3::from(group.low), DVec3::from(group.high));
-    let mut first = Random::new(seed, 0);
-    let shift = [(); 3].map(|()| first.unit());
+    let even = Even::new(seed);
     for i in 0..group.count {
         let mut random = Random::new(seed, u64::from(i) + 1);
-        let share: [f64; 3] = core::array::from_fn(|axis| (shift[axis] + EVEN[axis] * f64::from(i)).fract());
-        let inner = (high - low) * MARGIN;
         births.push(Birth {
             species,
-            place: low + inner + (high - low - 2.0 * inner) * DVec3::from(share),
+            place: even.place(i, group.low, group.high).into(),
             yaw: core::f64::consts::TAU * random.unit(),
             size: random.between(group.scale[0], group.scale[1]),
             seed: random.bits(),
@@ -126,10 +118,7 @@ fn place(group: &Group, species: usize, seed: u64, births: &mut Vec<Birth>) {
 }
 
 fn read(scene: &SceneInfo, name: &str, path: &str) -> Result<Species, ConfigError> {
-    // Errors inside of a species keep their own path; an unknown name is a fault of the key that names it.
-    let species: Species = scene
-        .species(name)
-        .map_err(|error| if error.path.is_empty() { ConfigError::new(path, error.message) } else { error })?;
+    let species: Species = scene.species_at(name, path)?;
     species.check().map_err(|problem| {
         // The message begins with the key.
         let (key, problem) = problem.split_once(": ").unwrap_or(("", &problem));

@@ -1,5 +1,6 @@
 //! The module's table in a scene file.
 
+use reef_sdk::describe_species;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub const MOST_JOINTS: u64 = 2_000_000;
 /// What the seaweed module puts into a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(transform = describe_species)]
+#[schemars(transform = describe_species::<Species>)]
 pub struct Config {
     /// Plants one by one.
     #[schemars(length(max = 20000))]
@@ -21,13 +22,6 @@ pub struct Config {
     /// Plants by their density over a rectangle.
     #[schemars(length(max = 1000))]
     pub beds: Vec<BedTable>,
-}
-
-/// Tells the schema what a species is made of: the scene's reader holds species files against it.
-fn describe_species(schema: &mut schemars::Schema) {
-    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let species = settings.into_generator().into_root_schema_for::<Species>();
-    schema.insert("x-species".to_owned(), species.to_value());
 }
 
 /// One plant.

@@ -1,7 +1,7 @@
 //! The plugin: configuration in, streams out.
 
 use glam::DVec3;
-use reef_flow::Level;
+use reef_flow::{Level, stronger};
 use reef_sdk::prelude::*;
 
 use crate::{
@@ -23,7 +23,7 @@ pub struct Seaweeds {
     /// What the elements name: they live as long as the plants do.
     _meshes: Vec<Mesh>,
     /// What they are made of, for an instance that is made beside this one.
-    _stocks: Vec<Stock>,
+    _stocks: Vec<Held<Stock>>,
     /// Species by species, age by age.
     wears: Vec<Wear>,
     materials: Vec<abi::Material>,
@@ -195,8 +195,7 @@ impl Seaweeds {
         flows.clear();
         flows.extend(bed.flows().iter().filter_map(|flow| {
             let share = if flow.kind == abi::FLOW_SHELTER { shelter } else { sources };
-            let peak = if flow.kind == abi::FLOW_SHELTER { flow.peak } else { flow.peak * share };
-            (share > 0.0).then_some(abi::Flow { strength: flow.strength * share, peak, ..*flow })
+            (share > 0.0).then(|| stronger(flow, share))
         }));
     }
 
@@ -249,7 +248,7 @@ impl Plugin for Seaweeds {
         let (mut meshes, mut wears, mut materials) = (Vec::new(), Vec::new(), Vec::new());
         let mut stocks = Vec::new();
         for (name, sort) in plan.sorts() {
-            let stock = Stock::new(&sort.species, &sort.kind.skeleton, &sort.limbs);
+            let stock = Stock::of(&sort.species, &sort.kind.skeleton, &sort.limbs);
             for (age, shape) in stock.shapes().iter().enumerate() {
                 let mesh = shape.upload(host, &format!("{name} {age}"))?;
                 wears.push(Wear { mesh: mesh.id(), material: materials.len() as u32 });

@@ -437,11 +437,7 @@ fn read<'a>(
     sorts: &'a mut BTreeMap<String, Sort>,
 ) -> Result<&'a Sort, ConfigError> {
     if !sorts.contains_key(name) {
-        // Errors inside of a species keep their own path; an unknown name is a fault of the key that names
-        // it.
-        let species: Species = scene.species(name).map_err(|error| {
-            if error.path.is_empty() { ConfigError::new(path, error.message) } else { error }
-        })?;
+        let species: Species = scene.species_at(name, path)?;
         let inside = format!("species.{name}");
         ranges::check(&species).map_err(|error| error.within(&inside))?;
         let at = |key: &str, problem: String| ConfigError::new(format!("{inside}.{key}"), problem);

@@ -1,49 +1,36 @@
 //! Shapes that are there already: an instance that is made beside another of the same table, as for a load,
 //! does not grow them again.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::convert::Infallible;
+
+use reef_sdk::{Held, Kept};
 
 use super::{AGES, Shape, shape};
 use crate::{grow::Limb, skeleton::Skeleton, species::Species};
 
-type Shapes = [Shape; AGES];
-
 /// What somebody has.
-static KNOWN: Mutex<Vec<(Species, Weak<Shapes>)>> = Mutex::new(Vec::new());
+static KNOWN: Kept<Stock> = Kept::new();
 
-/// The shapes of a species at all ages. What nobody has any more is gone.
+/// The shapes of a species at all ages.
 #[derive(Debug)]
 pub(crate) struct Stock {
-    shapes: Option<Arc<Shapes>>,
+    species: Species,
+    shapes: [Shape; AGES],
 }
 
 impl Stock {
-    pub(crate) fn new(species: &Species, skeleton: &Skeleton, limbs: &[Limb]) -> Self {
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let there = known.iter().find(|(other, _)| other == species).and_then(|(_, shapes)| shapes.upgrade());
-        let shapes = there.unwrap_or_else(|| {
-            let grown = Arc::new(core::array::from_fn(|age| shape(species, skeleton, limbs, age)));
-            known.push((species.clone(), Arc::downgrade(&grown)));
-            grown
-        });
-        Self { shapes: Some(shapes) }
+    pub(crate) fn of(species: &Species, skeleton: &Skeleton, limbs: &[Limb]) -> Held<Self> {
+        let grow = || {
+            let shapes = core::array::from_fn(|age| shape(species, skeleton, limbs, age));
+            Ok::<_, Infallible>(Self { species: species.clone(), shapes })
+        };
+        let Ok(stock) = KNOWN.get(|stock| stock.species == *species, grow);
+        stock
     }
 
     /// Age by age.
     pub(crate) fn shapes(&self) -> &[Shape] {
-        self.shapes.as_deref().map_or(&[], |shapes| shapes)
-    }
-}
-
-impl Drop for Stock {
-    fn drop(&mut self) {
-        self.shapes = None;
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        known.retain(|(_, shapes)| shapes.strong_count() > 0);
-        if known.is_empty() {
-            // A library that is unloaded leaves nothing behind.
-            *known = Vec::new();
-        }
+        &self.shapes
     }
 }
 
@@ -56,9 +43,9 @@ mod tests {
     fn shapes_are_shared_while_somebody_has_them_and_then_gone() {
         let species = Species { title: "of this test alone".into(), ..Species::default() };
         let (skeleton, limbs) = grow(&species).unwrap();
-        let count = || KNOWN.lock().unwrap().iter().filter(|(other, _)| *other == species).count();
-        let one = Stock::new(&species, &skeleton, &limbs);
-        let two = Stock::new(&species, &skeleton, &limbs);
+        let count = || KNOWN.count(|stock| stock.species == species);
+        let one = Stock::of(&species, &skeleton, &limbs);
+        let two = Stock::of(&species, &skeleton, &limbs);
         assert_eq!((one.shapes().len(), one.shapes().as_ptr()), (AGES, two.shapes().as_ptr()));
         drop(one);
         assert_eq!((two.shapes().len(), count()), (AGES, 1));
