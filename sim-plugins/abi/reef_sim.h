@@ -60,7 +60,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0x763cb9084ab14c85ull
+#define REEF_HEADER_HASH 0xd5e7f03ff1468764ull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)
@@ -133,7 +133,7 @@ typedef struct reef_object {
   uint64_t id;             /* stable over steps, reloads and saves; unique within the instance */
   uint64_t parent;         /* id of the object that it rides on, 0: none; the checker alone reads it */
   double origin[3];        /* [m] world position that the elements' f32 positions are relative to */
-  float bounds_center[3];  /* [m] bounding sphere, relative to origin: the renderer leaves out what it is not in view, and people
+  float bounds_center[3];  /* [m] bounding sphere, relative to origin: the renderer leaves out what is not in view, and people
                               who point at the sea hit it */
   float bounds_radius;     /* [m] >= 0 */
   uint32_t flags;          /* REEF_FLAG_* */

@@ -9,8 +9,8 @@
  * A reader skips fields that it does not know: one may be added or dropped without a new state version.
  *
  * save_state:  reef_state_begin(writer, 2), then reef_state_put(writer, "angles", REEF_STATE_F32, angles, count) for each of the two.
- * load_state:  an array of reef_state_field says what is wanted and where it goes; reef_state_read(reader, fields, 2) fills all of them
- *              or returns what is wrong. Read into a copy, and take that over when all is well. */
+ * load_state:  an array of reef_state_field says what is wanted and where it goes; reef_state_read(reader, fields, 2, 0) fills all of
+ *              them or returns what is wrong. Read into a copy, and take that over when all is well. */
 #ifndef REEF_STATE_H
 #define REEF_STATE_H
 

@@ -219,8 +219,10 @@ fn figure_14_a_fish_outside_of_the_sphere_moves_no_tentacle() {
     let scene = "fish-fig14-bounding";
     let (with, without) = (streams(scene, 360, 60), record_without_singularities(scene, 360, 60));
     let moved = |step: u64, x: f64| {
-        let tips = around(&with[&step][0], [x, 0.0]).zip(around(&without[&step], [x, 0.0]));
-        tips.map(|(with, without)| length(minus(tip(with), tip(without)))).fold(0.0, f64::max)
+        let [with, without] = [&with[&step][0], &without[&step]]
+            .map(|frame| around(frame, [x, 0.0]).map(|fibre| tip(fibre)).collect::<Vec<_>>());
+        assert!(with.len() > 20 && with.len() == without.len(), "{} fibres at {x} m", with.len());
+        with.iter().zip(&without).map(|(with, without)| length(minus(*with, *without))).fold(0.0, f64::max)
     };
     // It comes from the left and is above the middle one after six seconds: the right one has felt nothing.
     let at = middle(&with[&360][1][0]);

@@ -65,12 +65,12 @@ impl Assets {
         self.read.iter().map(|(path, hash)| Asset { path: path.clone(), hash: *hash }).collect()
     }
 
-    /// A call of the plugin begins: what was lent to the one before is gone.
-    pub(crate) fn begin_call(&mut self) {
-        self.lent.clear();
+    /// A call of the plugin is over: what was lent to it is gone.
+    pub(crate) fn end_call(&mut self) {
+        self.lent = Vec::new();
     }
 
-    /// The bytes of a file, which stay until the next call begins.
+    /// The bytes of a file, which stay until the call is over.
     pub(crate) fn read(&mut self, name: &str) -> Result<&[u8], Unread> {
         let plain = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         if name.is_empty() || !plain || name.contains(['\\', '\0']) {
@@ -167,7 +167,7 @@ mod tests {
         fs::File::create(&large).and_then(|file| file.set_len(MOST_BYTES - 2)).expect("a file");
         assert!(assets.read("deep/a.bin").is_ok());
         assert!(matches!(assets.read("large").map(<[u8]>::len), Err(Unread::TooMuch(_))));
-        assets.begin_call();
+        assets.end_call();
         assert_eq!(assets.read("large").map(<[u8]>::len), Ok((MOST_BYTES - 2) as usize));
     }
 }

@@ -154,6 +154,7 @@ impl Plugin {
                 unsafe { create(table(services_of), config.as_ptr().cast(), config.len() as u64, out) }
             })
             .map_err(|message| PluginError::Fault { plugin: id.clone(), call: "create", message })?;
+        services.end_call();
         if status != abi::OK {
             let message = services.take_error().unwrap_or_else(|| "it gave no reason".into());
             if status == abi::BAD_INPUT {
@@ -400,6 +401,7 @@ impl Instance {
             let Raw(instance) = { raw };
             call(instance.ctx, &instance)
         });
+        self.services.end_call();
         match status {
             Err(message) => {
                 let plugin = self.info().id.clone();

@@ -168,14 +168,18 @@ impl Services {
     /// A call begins: an older call's message is not this one's.
     pub(crate) fn begin_call(&self) {
         self.take_error();
+    }
+
+    /// A call is over: what was lent for it is gone.
+    pub(crate) fn end_call(&self) {
         if let Some(made) = &self.made {
-            lock(&made.assets).begin_call();
+            lock(&made.assets).end_call();
         }
     }
 
     /// A step begins: its scratch memory and its flow.
     pub(crate) fn begin_step(&self, input: &StepInput<'_>) {
-        self.take_error();
+        self.begin_call();
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).begin_step();
         self.field.write().unwrap_or_else(PoisonError::into_inner).ready = false;
         self.flow_count.store(input.flow.len(), Ordering::Relaxed);

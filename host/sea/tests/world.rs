@@ -416,6 +416,29 @@ fn what_a_forged_state_says_is_looked_at_before_modules_hear_it() {
 }
 
 #[test]
+fn a_state_that_is_loaded_after_a_jump_back_has_a_future_of_its_own() {
+    let place = Place::new();
+    let path = place.file("test.toml");
+    fs::write(&path, SCENE).expect("a file");
+    let registry = registry(1);
+    let sea = || {
+        let scene = scene::load(&path, place.0.path(), &registry).expect("a good scene");
+        let options = Options { history: 1 << 20, trace: false, ..Options::default() };
+        World::new(scene, &registry, &options).expect("a good world")
+    };
+    let mut world = sea();
+    hash(&mut world, 5);
+    let five = world.save(None).expect("a state");
+    // Hands between steps 10 and 40, which a jump back would live through again.
+    run(&mut world, &mut Chain::default(), 30, true);
+    world.go_to(3).expect("a jump");
+    world.load(&five).expect("its own state");
+    let mut other = sea();
+    other.load(&five).expect("a state of the same sea");
+    assert_eq!(hash(&mut world, 40), hash(&mut other, 40));
+}
+
+#[test]
 fn a_module_that_fails_stands_still_and_the_sea_goes_on() {
     let place = Place::new();
     let text = format!("{SCENE}fails_at = 5\n");

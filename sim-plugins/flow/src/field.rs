@@ -106,7 +106,7 @@ impl Field {
         &self.flows
     }
 
-    /// How many primitives act at all.
+    /// How many primitives act at all, at most.
     pub fn count(&self) -> u32 {
         self.count
     }

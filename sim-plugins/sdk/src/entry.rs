@@ -367,7 +367,12 @@ impl<T: Plugin> Shell<T> {
         if let Some(message) = &self.broken {
             return Err(Failed(abi::FATAL, format!("the instance broke earlier: {message}")));
         }
-        self.spare = self.spare.take().and_then(|(value, steps)| Some((value, steps.checked_sub(1)?)));
+        if let Some((_, steps)) = &mut self.spare {
+            match steps.checked_sub(1) {
+                Some(left) => *steps = left,
+                None => put_away::<T>(&self.host, self.spare.take()),
+            }
+        }
         let unusable = |what: &str| Failed(abi::BAD_INPUT, format!("the host's step {what} is unusable"));
         // SAFETY: the caller's promise.
         let raw = unsafe { read_sized(input) }.ok_or_else(|| unusable("input"))?;
@@ -445,14 +450,17 @@ impl<T: Plugin> Shell<T> {
         Ok(fresh)
     }
 
-    /// Replaces the instance; a panic of the old one's destructor is reported, not passed on.
+    /// Replaces the instance.
     fn replace(&mut self, fresh: Self) {
         let host = self.host;
-        let mut old = std::mem::replace(self, fresh);
-        old.spare = None;
-        if let Err(message) = guard::catch(move || drop(old)) {
-            host.log(Level::Error, &format!("{}: while an instance was replaced: {message}", T::ID));
-        }
+        put_away::<T>(&host, std::mem::replace(self, fresh));
+    }
+}
+
+/// Drops what a newer value stands in for; a panic of a destructor is reported, not passed on.
+fn put_away<T: Plugin>(host: &Host, old: impl Sized) {
+    if let Err(message) = guard::catch(move || drop(old)) {
+        host.log(Level::Error, &format!("{}: while an instance was replaced: {message}", T::ID));
     }
 }
 

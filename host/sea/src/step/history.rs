@@ -61,6 +61,8 @@ pub(crate) struct History {
     used: usize,
     /// Time that one state has taken, about [s].
     cost: f64,
+    /// The step of the last state that was added: where none has room, it is not tried in each step.
+    tried: Option<u64>,
     /// Memory of states that were forgotten.
     spare: Vec<Vec<u8>>,
     /// The last step that was reached since the past was another one.
@@ -105,7 +107,9 @@ impl History {
     fn wants(&self, step: u64) -> bool {
         let next = self.past.partition_point(|past| past.step < step);
         let every = ((self.cost / COST).ceil() as u64).clamp(EVERY, FARTHEST);
+        let is_far = |tried: u64| !self.past.is_empty() || step.abs_diff(tried) >= every;
         self.most > 0
+            && self.tried.is_none_or(is_far)
             && self.past.get(next).is_none_or(|next| next.step - step >= every)
             && next.checked_sub(1).is_none_or(|last| step - self.past[last].step >= every)
     }
@@ -117,6 +121,7 @@ impl History {
     }
 
     fn add(&mut self, past: Past) {
+        self.tried = Some(past.step);
         self.used += past.size;
         self.past.insert(self.past.partition_point(|other| other.step < past.step), past);
         while self.used > self.most
@@ -293,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn states_stay_within_their_memory_dense_in_the_last_minute_thinner_before() {
+    fn states_stay_within_their_memory_dense_in_the_last_minute() {
         let mut history = history(120_000);
         for end in [3600, 36_000, 216_000] {
             let next = history.reached + 1;
@@ -347,6 +352,17 @@ mod tests {
         let mut history = history(0);
         walk(&mut history, 1..=100);
         assert!(history.past.is_empty());
+    }
+
+    #[test]
+    fn a_state_that_has_no_room_is_not_tried_in_each_step() {
+        let mut history = history(500);
+        let mut tried = 0;
+        for step in 1..=160 {
+            tried += u64::from(history.wants(step));
+            walk(&mut history, step..=step);
+        }
+        assert_eq!((tried, history.past.len(), history.used), (160 / EVERY, 0, 0));
     }
 
     #[test]

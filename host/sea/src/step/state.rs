@@ -197,6 +197,10 @@ impl World {
         self.hand_camera = header.camera;
         self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, header.step);
         self.history.graft();
+        // What this run had lived through before a jump back is not the loaded sea's future.
+        if std::mem::take(&mut self.relived) {
+            self.replay.clear();
+        }
         self.exchange.said.clone_from(&said);
         self.look();
         // What was said in the saved step counts, not what looking at the state says.

@@ -35,8 +35,8 @@ pub struct Group {
     #[serde(default = "one_animal")]
     #[schemars(range(min = 1, max = 512))]
     pub count: u32,
-    /// The corner with the least x, y and z of the box: they swim up until they are near its top, then sink
-    /// until they are near its bottom.
+    /// The corner with the least x, y and z of the box: they swim up until they are near its top, then sink,
+    /// as far as they are heavier than water, until they are near its bottom.
     #[schemars(inner(range(min = -100000.0, max = 100000.0)), extend("x-unit" = "m"))]
     pub low: [f64; 3],
     /// The corner with the greatest x, y and z.

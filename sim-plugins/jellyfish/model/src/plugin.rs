@@ -1,7 +1,7 @@
 //! The plugin: configuration in, streams out.
 
 use glam::DVec3;
-use reef_flow::{Level, stronger};
+use reef_flow::{Level, stronger, waves::Lens};
 use reef_sdk::prelude::*;
 
 use crate::{
@@ -22,10 +22,12 @@ pub struct Jellyfish {
     bloom: Bloom,
     /// What the elements name: they live as long as the animals do.
     _meshes: Vec<Mesh>,
-    pictures: Vec<Texture>,
-    breeds: Vec<Held<Breed>>,
+    _pictures: Vec<Texture>,
+    /// What they are made of, for an instance that is made beside this one.
+    _breeds: Vec<Held<Breed>>,
     wears: Vec<Wear>,
-    materials: Vec<abi::Material>,
+    /// Species by species, without light of their own and with it.
+    materials: [Vec<abi::Material>; 2],
     /// What the animals do to the water, at the panel's strength.
     flows: Vec<abi::Flow>,
 }
@@ -130,11 +132,6 @@ pub const PARAMS: &[Param] = &[
 ];
 
 impl Jellyfish {
-    /// The animals.
-    pub fn bloom(&self) -> &Bloom {
-        &self.bloom
-    }
-
     fn tuning(input: &StepInput) -> Tuning {
         Tuning {
             frequency: input.param(id::FREQUENCY),
@@ -151,7 +148,6 @@ impl Jellyfish {
 
     fn swim(&mut self, input: &StepInput) {
         let (camera, water) = (input.camera(), input.water());
-        let (cos, sin) = reef_flow::math::cos_sin_f64(0.5 * f64::from(camera.fov_y));
         let density = f64::from(water.density);
         self.bloom.step(&Surroundings {
             flow: input.flow(),
@@ -159,7 +155,7 @@ impl Jellyfish {
             depth: water.depth.into(),
             bed: input.heightfield(),
             eye: DVec3::from(camera.position),
-            pixels: 0.5 * f64::from(camera.height) * cos / sin.max(1e-6),
+            pixels: Lens::new(camera).focal,
             density,
             viscosity: f64::from(water.viscosity) / density,
             tuning: Self::tuning(input),
@@ -219,6 +215,7 @@ impl Plugin for Jellyfish {
         "Jellyfish that swim in water of their own: elastic slices in a grid (Rudolf and Mould 2009).";
     const STATE_VERSION: u32 = 1;
     const STATE_MIN_VERSION: u32 = 1;
+    const LOADS_OVER: bool = true;
     type Config = Config;
 
     fn traces() -> &'static [&'static str] {
@@ -234,29 +231,35 @@ impl Plugin for Jellyfish {
         let tables: Vec<_> = species.iter().map(|(_, table)| table.clone()).collect();
         let bloom = Bloom::new(&tables, &births).map_err(|problem| ConfigError::new("", problem))?;
         let (mut meshes, mut pictures) = (Vec::new(), Vec::new());
-        let (mut wears, mut materials, mut breeds) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut wears, mut breeds) = (Vec::new(), Vec::new());
+        let mut materials = [Vec::new(), Vec::new()];
         for (number, (name, table)) in species.iter().enumerate() {
             let breed = Breed::of(&table.look);
             let animal = births.iter().position(|birth| birth.species == number).unwrap_or(0);
-            wears.push(Wear::new(host, name, breed.paint(), (&bloom, animal), materials.len(), &mut meshes)?);
-            materials.extend([abi::Material::default(); MATERIALS]);
-            pictures.push(host.texture(name, TextureFormat::Srgb, paint::SIZE, breed.texels())?);
+            wears.push(Wear::new(
+                host,
+                name,
+                breed.paint(),
+                (&bloom, animal),
+                wears.len() * MATERIALS,
+                &mut meshes,
+            )?);
+            let picture = host.texture(name, TextureFormat::Srgb, paint::SIZE, breed.texels())?;
+            for (own, glows) in materials.iter_mut().zip([false, true]) {
+                own.extend(draw::materials(breed.look(), picture.id(), glows));
+            }
+            pictures.push(picture);
             breeds.push(breed);
         }
         let flows = Vec::with_capacity(bloom.flows().len());
-        Ok(Self { bloom, _meshes: meshes, pictures, breeds, wears, materials, flows })
+        Ok(Self { bloom, _meshes: meshes, _pictures: pictures, _breeds: breeds, wears, materials, flows })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
         self.swim(input);
         self.draw(input, output)?;
-        let glows = input.param(id::GLOW) >= 0.5;
-        for ((breed, picture), own) in
-            self.breeds.iter().zip(&self.pictures).zip(self.materials.as_chunks_mut::<MATERIALS>().0)
-        {
-            *own = draw::materials(breed.look(), picture.id(), glows);
-        }
-        output.emit(&self.materials)?;
+        let [plain, glowing] = &self.materials;
+        output.emit(if input.param(id::GLOW) >= 0.5 { glowing } else { plain })?;
         let animals = self.bloom.len();
         draw::actors(&self.bloom, &self.wears, output.reserve::<abi::Actor>(animals)?);
         output.commit::<abi::Actor>(animals)?;

@@ -417,12 +417,18 @@ impl Species {
         }
         Ok(())
     }
+
     /// What is wrong with its lengths, which an individual's size multiplies. The message begins with the key.
     ///
     /// # Errors
     /// As [`Species::check`].
     pub fn check_sizes(&self) -> Result<(), String> {
         reef_sdk::ranges::check(&self.bell).map_err(|error| format!("bell.{error}"))?;
+        for (key, form) in [("tentacles.radius", self.tentacle_form()), ("arms.width", self.arm_form())] {
+            if let Some(radius) = form.radius.iter().find(|radius| **radius > 1.0) {
+                return Err(format!("{key}: makes tubes of a radius of {radius} m; the limit is 1 m"));
+            }
+        }
         let tall = self.bell.height + self.bell.strand;
         let window = self.grid.bells * self.bell.diameter;
         if window < crate::slice::LEAST_ROOM * tall.max(self.bell.diameter) {

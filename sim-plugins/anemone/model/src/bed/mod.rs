@@ -220,6 +220,8 @@ pub struct Bed {
     /// Origin and reach of each plant [m], as its object has them: what stands still is looked up side by
     /// side.
     bounds: Vec<([f64; 3], f32)>,
+    /// The box around all batches' bounds: its corners [m, world].
+    extent: [[f64; 3]; 2],
     /// Plants with a foot; plants that others perceive.
     footed: Vec<u32>,
     perceived: Vec<u32>,
@@ -253,6 +255,7 @@ impl Bed {
             listed: Vec::new(),
             looks: Vec::new(),
             bounds: Vec::new(),
+            extent: NOWHERE,
             footed: Vec::new(),
             perceived: Vec::new(),
             materials: harvest.materials,
@@ -341,8 +344,7 @@ impl Bed {
         };
         let moving = around.dt > 0.0;
         if moving {
-            let extent = extent(self.feet.iter().chain(&self.fibres).chain(&self.followers));
-            self.field.refill_within(around.flow, extent);
+            self.field.refill_within(around.flow, self.extent);
             own::list_emitters(around.flow, self.plants.len(), &mut self.emitters);
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
@@ -415,6 +417,7 @@ impl Bed {
         }
         self.swaying.place(plants, self.feet.iter_mut().chain(&mut self.fibres));
         self.bounds = self.plants.iter().map(|p| (p.origin.to_array(), p.reach as f32)).collect();
+        self.extent = extent(self.feet.iter().chain(&self.fibres).chain(&self.followers));
         self.placed = true;
         self.stale = true;
     }
@@ -500,10 +503,12 @@ fn each_batch(
     });
 }
 
+/// A box without a place in it.
+const NOWHERE: [[f64; 3]; 2] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+
 /// The box around the bounds of batches [m, world]: nothing of a bed asks for the flow outside of it.
 fn extent<'a>(batches: impl Iterator<Item = &'a Batch>) -> [[f64; 3]; 2] {
-    let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    batches.fold(none, |[mut low, mut high], batch| {
+    batches.fold(NOWHERE, |[mut low, mut high], batch| {
         let Sphere { center, radius } = batch.bounds;
         for i in 0..3 {
             low[i] = low[i].min(center[i] - radius);

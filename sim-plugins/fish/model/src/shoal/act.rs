@@ -85,12 +85,11 @@ impl Shoal {
                     self.embody(number);
                 } else if fish.position.distance(around.eye) > around.near * SLACK {
                     self.disembody(number);
-                    let place = self.firsts[kind] as usize + self.grids[kind].place(slot as usize);
-                    let (fish, wish) = (&mut self.fish[number], &self.wishes[place]);
-                    // Its wish is a body's: in this step it goes on as it does.
+                    let fish = &mut self.fish[number];
+                    // What it wished for is a body's: in this step it goes on as it does.
                     let beat = self.kinds[kind].gait.beat(f64::from(fish.speed) / fish.size);
                     let beats = beat as f32 * dt;
-                    let wish = Wish { way: fish.course, speed: fish.speed, beats, ..*wish };
+                    let wish = Wish { way: fish.course, speed: fish.speed, beats, ..Wish::default() };
                     glide(fish, &wish, dt);
                     continue;
                 }

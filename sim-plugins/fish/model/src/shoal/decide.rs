@@ -190,8 +190,9 @@ fn eight_wishes<S: Simd>(
     let sight = look(simd, scene, scratch, kind, &eight);
     let (mut water, off) = stand(simd, scene, scratch, &eight, habits, places.len());
     if let Some(swell) = swell(simd, scene, scratch, within, places.len()) {
-        water = at_most(simd, add(water, swell), splat(simd, FASTEST_WATER));
+        water = add(water, swell);
     }
+    water = at_most(simd, water, splat(simd, FASTEST_WATER));
     let surface = splat(simd, (scene.around.surface - scene.anchor.y) as f32);
     let top = surface - eight.length * splat(simd, 0.5 * habits.height);
     let bounds = [load3(simd, &bounds[0]), load3(simd, &bounds[1])];
@@ -325,7 +326,6 @@ fn stand<S: Simd>(
                 let middle = [splat(simd, middle.x), splat(simd, middle.y), splat(simd, middle.z)];
                 let [x, y, z] = sub(eight.at, middle);
                 let moving = velocity8(simd, &scratch.water, x, y, z);
-                let moving = at_most(simd, moving, splat(simd, FASTEST_WATER));
                 water = crate::lanes::select(mask32x8::from_bitmask(simd, here), moving, water);
             }
             if !scratch.obstacles.is_empty() {

@@ -75,7 +75,7 @@ impl Shoal {
     /// seen at all, it stays with the place that it knows.
     pub(super) fn settle(&mut self, hosts: &[Host]) {
         let Self { fish, kinds, habitats, register, .. } = self;
-        let lives = |fish: &Fish| fish.given.is_none() && !kinds[fish.kind as usize].lives_in.is_empty();
+        let lives = |fish: &Fish| fish.lives_in_anemones(&kinds[fish.kind as usize]);
         if hosts.is_empty() || !fish.iter().any(lives) {
             return;
         }
@@ -92,15 +92,29 @@ impl Shoal {
                 take(register, own, found);
             }
         }
+        // Whoever finds none finds none for all of its kind in its habitat.
+        let mut none = None;
         for own in fish.iter_mut().filter(|fish| lives(fish) && fish.home.is_none()) {
+            let who = Some((own.kind, own.habitat));
+            if none == who {
+                continue;
+            }
             let habitat = &habitats[own.habitat as usize];
             let found = register.choose(hosts, &kinds[own.kind as usize], own, habitat);
+            if found.is_none() {
+                none = who;
+            }
             take(register, own, found);
         }
     }
 }
 
 impl Fish {
+    /// Whether it takes an anemone for its home.
+    pub(super) fn lives_in_anemones(&self, kind: &Kind) -> bool {
+        self.given.is_none() && !kind.lives_in.is_empty()
+    }
+
     /// Where its home is, if it has one [m, world]: what is given by hand comes first.
     pub fn home(&self) -> Option<DVec3> {
         self.given.or(self.home.map(|home| home.place))

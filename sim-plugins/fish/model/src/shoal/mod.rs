@@ -349,8 +349,13 @@ impl Shoal {
         let Self {
             fish, habits, grids, paces, firsts, boxes, anchor, field, swaying, scratch, wishes, ..
         } = self;
+        // What is far above all of the bed need not look at it, which is worth a look at all of it for many.
         let heights = around.bed.map_or(&[][..], |bed| bed.heights);
-        let bed_top = f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
+        let bed_top = if heights.len() > HEIGHTS_OF_A_FISH * fish.len() {
+            f64::INFINITY
+        } else {
+            f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max))
+        };
         let scene = Scene {
             around,
             fish,
@@ -373,6 +378,9 @@ impl Shoal {
         });
     }
 }
+
+/// So many heights of a bed are gone through in the time in which a fish asks for two of them.
+const HEIGHTS_OF_A_FISH: usize = 16;
 
 /// No water carries a fish faster [m/s].
 const FASTEST_WATER: f32 = 10.0;

@@ -185,7 +185,8 @@ impl Shoal {
         for (number, (((fish, nodes), near), (place, mind))) in
             self.fish.iter().zip(&state.nodes).zip(&state.near).zip(parts).enumerate()
         {
-            let bounds = Bounds::of(fish, &self.kinds[fish.kind as usize]);
+            let kind = &self.kinds[fish.kind as usize];
+            let bounds = Bounds::of(fish, kind);
             let refuse = |problem: String| Err(format!("has a fish, {number}, {problem}"));
             if *near > 1 {
                 return refuse(format!("whose body is stepped: {near}; allowed: 0 and 1"));
@@ -195,9 +196,7 @@ impl Shoal {
             let off = |at: DVec3| at.distance(at.clamp(habitat.low, habitat.high));
             let [course, water] = [0, 4].map(|from| Vec3::from_slice(&mind[from..from + 3]));
             let unit = course.length_squared();
-            let home = DVec3::from(homes[number]);
             let lengths = [
-                ("has its home away from the middle of the world [m]", home.length(), FARTHEST),
                 ("is away from its habitat [m]", off(at(0)), FARTHEST),
                 ("has its origin away from its habitat [m]", off(at(3)), FARTHEST),
                 ("has a body in water of [m/s]", at(6).length(), bounds.water),
@@ -207,6 +206,13 @@ impl Shoal {
                 if !(0.0..=most).contains(&is) {
                     return refuse(format!("that {what} {is}; allowed: 0 to {most}"));
                 }
+            }
+            let (id, home) = (state.homes[number], DVec3::from(homes[number]));
+            if id == 0 && home != DVec3::ZERO || id != 0 && !fish.lives_in_anemones(kind) {
+                return refuse(format!("with a home that it has not: {id:#x} at {home}"));
+            }
+            if id != 0 && !(0.0..=FARTHEST).contains(&off(home)) {
+                return refuse(format!("whose home is away from its habitat: {home}"));
             }
             if !(1.0 - UNIT..=1.0 + UNIT).contains(&unit) {
                 return refuse(format!("with a course of length {}; allowed: 1", unit.sqrt()));

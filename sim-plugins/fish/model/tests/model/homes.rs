@@ -91,6 +91,7 @@ fn a_home_is_kept_over_saves_new_ids_and_nearer_ones() {
     // A state of before there were homes.
     let mut old = shoal.save();
     old.homes.fill(0);
+    old.home_places.fill(0.0);
     loaded.load(&old).expect("an old state");
     assert!(loaded.fish().iter().all(|fish| fish.home().is_none()));
 }

@@ -127,6 +127,8 @@ fn a_number_that_no_step_writes_is_refused_by_its_name() {
     };
     refused(&|state| state.time = -1.0, "is of the time -1 s");
     refused(&|state| state.near[2] = 2, "has a fish, 2, whose body is stepped: 2; allowed: 0 and 1");
+    refused(&|state| state.homes[2] = 7, "has a fish, 2, with a home that it has not: 0x7");
+    refused(&|state| state.home_places[2 * 3] = 1.0, "has a fish, 2, with a home that it has not: 0x0");
     for (number, value, problem) in [
         (0, 1e9, "that is away from its habitat [m]"),
         (4, f64::NAN, "that has its origin away from its habitat [m] NaN; allowed: 0 to 10000000"),

@@ -2,7 +2,7 @@
 //! step so that they come nearest to the water of the slice (orthogonal matching pursuit).
 //!
 //! The sea's primitives fall off in three dimensions and know neither the slice's walls nor the small eddies of
-//! a wake: [`Fit::error`] says what four of them miss. More of them miss less, and cost everything that feels
+//! a wake: [`Fit::squares`] says what four of them miss. More of them miss less, and cost everything that feels
 //! them more.
 
 use core::f64::consts::TAU;
@@ -115,14 +115,6 @@ pub struct Fit {
     pub chosen: [(usize, f64); PRIMITIVES],
     /// Sum of the squared velocities where the fit looks, and what the primitives miss of it [m²/s²].
     pub squares: [f64; 2],
-}
-
-impl Fit {
-    /// What the primitives miss of the water's speed around, as a share (root of mean squares).
-    pub fn error(&self) -> f64 {
-        let [all, missed] = self.squares;
-        if all > 0.0 { (missed / all).sqrt() } else { 0.0 }
-    }
 }
 
 impl Choice {

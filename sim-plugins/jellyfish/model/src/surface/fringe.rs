@@ -129,11 +129,6 @@ impl Fringe {
         self.points
     }
 
-    /// Nodes that [`Fringe::write_nodes`] writes.
-    pub fn nodes(&self) -> usize {
-        self.form.count * self.points
-    }
-
     /// Triangles, counter-clockwise from outside, the first vertex has the number 0.
     pub fn indices(&self) -> Vec<u32> {
         let (points, sides) = (self.points as u32, SIDES as u32);
