@@ -6,7 +6,7 @@
 //! same bytes: kernels use [`mul_add`] (one rounding everywhere; in software below AVX2, and slow there),
 //! `sqrt` and `/`, which are exact, and no estimates.
 
-use fearless_simd::{Simd, f32x4, f32x8, f32x16, i32x4, i32x8, i32x16, prelude::*};
+use fearless_simd::{Simd, f32x4, f32x8, f32x16, f64x2, i32x4, i32x8, i32x16, i64x2, prelude::*};
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug)]
@@ -251,7 +251,35 @@ fn fuses<S: Simd>(simd: S) -> bool {
 /// would be most of what a kernel compiles to.
 #[inline(never)]
 fn soft_mul_add(a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [f32; 8] {
-    core::array::from_fn(|i| soft_mul_add_1(a[i], b[i], c[i]))
+    let Level::Scalar(simd) = Level::scalar() else { unreachable!("the baseline is the baseline") };
+    let half = |from: usize| {
+        let four = |all: &[f32; 8]| f32x4::from_slice(simd, &all[from..from + 4]);
+        twice_rounded(four(a), four(b), four(c))
+    };
+    match (half(0), half(4)) {
+        (Some(low), Some(high)) => low.combine(high).into(),
+        _ => core::array::from_fn(|i| soft_mul_add_1(a[i], b[i], c[i])),
+    }
+}
+
+/// `a · b + c` rounded to f64 and then to f32; None where that may differ from a single rounding: where an
+/// f64 lies halfway between two f32, or where f32 thins out towards zero.
+///
+/// The product of two f32 is exact in f64, so only the sum is rounded there. Where the f64 is not halfway
+/// between two f32, the exact sum lies on the same side of the halfway as it does.
+#[inline(always)]
+fn twice_rounded<S: Simd>(a: f32x4<S>, b: f32x4<S>, c: f32x4<S>) -> Option<f32x4<S>> {
+    // An f64 has 29 bits more than an f32; halfway is the first of them alone.
+    const MORE: i64 = (1 << 29) - 1;
+    const HALFWAY: i64 = 1 << 28;
+    // Twice the least normal f32: what is rounded up to it is thinned out, too.
+    const THIN: f64 = 2.0 * f32::MIN_POSITIVE as f64;
+    let ((a0, a1), (b0, b1), (c0, c1)) = (a.widen(), b.widen(), c.widen());
+    let sums = (a0 * b0 + c0, a1 * b1 + c1);
+    let halfway = |sum: f64x2<S>| (sum.bitcast::<i64x2<S>>() & MORE).simd_eq(HALFWAY);
+    let thin = |sum: f64x2<S>| sum.abs().simd_lt(THIN) & !sum.simd_eq(0.0);
+    let doubtful = halfway(sums.0) | halfway(sums.1) | thin(sums.0) | thin(sums.1);
+    (!doubtful.any_true()).then(|| sums.0.narrow(sums.1))
 }
 
 /// The product of two f32 is exact in f64. Their sum with c is rounded to odd (toward the f64 neighbour whose
@@ -416,6 +444,10 @@ mod tests {
             assert_eq!(fused(level, a, a, tiny), down.to_bits() + 1, "{}", level.name());
             assert_eq!(fused(level, 3.0, f32::INFINITY, 1.0), f32::INFINITY.to_bits());
             assert_eq!(fused(level, 0.0, 5.0, -0.0), 0.0_f32.to_bits());
+            // 2⁻¹⁵⁰ · (1 − 2⁻⁴⁶): a little less than half of the least number, which f64 takes for half.
+            let half = (2.0_f32.powi(-75) * (1.0 - f32::EPSILON), 2.0_f32.powi(-75) * (1.0 + f32::EPSILON));
+            let odd = f32::MIN_POSITIVE.next_down();
+            assert_eq!(fused(level, half.0, half.1, odd), odd.to_bits(), "{}", level.name());
         }
     }
 
@@ -431,6 +463,11 @@ mod tests {
                 // std's is the C library's or the processor's, rounded once.
                 let truth = a.mul_add(b, c);
                 prop_assert_eq!(soft_mul_add_1(a, b, c).to_bits(), truth.to_bits(), "{} {} {}", a, b, c);
+                // Beside lanes that are not in doubt, and whose sums are zero.
+                let eight = soft_mul_add(&[a, 1.0, 0.0, 3.0, a, 2.0, 0.0, 5.0], &[b; 8], &[c, 0.5, 0.0, 1.0, c, -b, 0.0, 7.0]);
+                for lane in [0, 4] {
+                    prop_assert_eq!(eight[lane].to_bits(), truth.to_bits(), "{} {} {}", a, b, c);
+                }
             }
         }
     }

@@ -106,7 +106,7 @@ fn test(arguments: &[String]) -> Outcome {
     let formatted = artifacts::has_component("fmt");
     let mut steps = Steps::of(5 + usize::from(formatted));
     steps.take("look for what the tests need", || {
-        packages::require(&["run", "window", "validate", "window-tests", "compilers", "video"])
+        packages::require(&["run", "window", "validate", "window-tests", "compilers", "translators", "video"])
     })?;
     if formatted {
         steps.take("look at the formatting", || {

@@ -59,6 +59,9 @@ fn still_missing<'a>(table: &Value, groups: &[&'a str]) -> Vec<(&'a str, String)
             );
         }
         lacks.extend(strings(&entry["programs"]).filter(|name| !has_program(name)).map(String::from));
+        lacks.extend(
+            strings(&entry["python"]).filter(|name| !has_module(name)).map(|name| format!("Python's {name}")),
+        );
         for places in entry["files"].as_array().into_iter().flatten() {
             // Environment variables of the Vulkan loader may point elsewhere: then trust them.
             let overridden =
@@ -106,6 +109,14 @@ fn has_library(cache: &str, name: &str) -> bool {
 fn has_program(name: &str) -> bool {
     let paths = env::var_os("PATH").unwrap_or_default();
     env::split_paths(&paths).any(|folder| folder.join(name).is_file())
+}
+
+/// Whether a Python that is here, the first of the path or the system's own, has a module.
+fn has_module(name: &str) -> bool {
+    ["python3", "/usr/bin/python3"].iter().any(|python| {
+        let output = Command::new(python).args(["-c", &format!("import {name}")]).output();
+        output.is_ok_and(|output| output.status.success())
+    })
 }
 
 /// Installs the groups' packages with apt where this user may; false where nothing could be tried or it

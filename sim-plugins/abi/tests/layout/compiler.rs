@@ -31,12 +31,10 @@ pub const CPP11: Language = Language {
 /// The report of the compiled program; None (with a printed reason) where there is no compiler.
 pub fn report(language: &Language, header: &Header) -> Option<String> {
     let Some(compiler) = find(language) else {
-        let required = env::var("REEF_REQUIRE").is_ok_and(|value| value == "all");
-        assert!(!required, "REEF_REQUIRE=all, but there is no {} compiler", language.name);
-        println!(
-            "skipped: no {} compiler (tried {:?} and ${})",
+        skip(&format!(
+            "no {} compiler (tried {:?} and ${})",
             language.name, language.compilers, language.variable
-        );
+        ));
         return None;
     };
     let folder = tempfile::tempdir().expect("a folder for the program");
@@ -59,7 +57,15 @@ pub fn report(language: &Language, header: &Header) -> Option<String> {
     Some(String::from_utf8(output.stdout).expect("the program prints text"))
 }
 
-fn find(language: &Language) -> Option<String> {
+/// Prints the reason why a test is skipped; fails where everything is required.
+pub fn skip(reason: &str) {
+    let required = env::var("REEF_REQUIRE").is_ok_and(|value| value == "all");
+    assert!(!required, "REEF_REQUIRE=all, but there is {reason}");
+    println!("skipped: {reason}");
+}
+
+/// A compiler of this language that runs.
+pub fn find(language: &Language) -> Option<String> {
     let works =
         |name: &String| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
     let named = env::var(language.variable).ok();

@@ -5,6 +5,7 @@
 mod compiler;
 mod header;
 mod mirror;
+mod translators;
 
 use std::collections::BTreeMap;
 
@@ -110,6 +111,12 @@ fn c_and_cpp_compilers_accept_the_header_without_a_warning_and_agree_with_the_mi
         let Some(report) = compiler::report(&language, &header) else { continue };
         assert_same_lines(&report, &expected, language.name);
     }
+}
+
+#[test]
+fn pythons_cffi_reads_the_header_and_agrees_with_the_mirror() {
+    let Some(report) = translators::cffi(&Header::parse(TEXT)) else { return };
+    assert_same_lines(&report, &mirror::report(), "cffi");
 }
 
 /// Shows only the lines that differ.
