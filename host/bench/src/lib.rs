@@ -6,6 +6,7 @@ mod billboards;
 mod cells;
 pub mod churn;
 mod contract;
+mod demo;
 mod fibre;
 mod fig5;
 mod fish;
@@ -59,6 +60,11 @@ const BENCHES: &[Bench] = &[
         name: "contract",
         about: "what the contract costs: a guarded call, and a step beside the same model without it",
         run: contract::run,
+    },
+    Bench {
+        name: "demo",
+        about: "the window's loop over the default sea without a window: pictures a second, where the time goes",
+        run: demo::run,
     },
     Bench {
         name: "fibre",

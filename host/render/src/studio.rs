@@ -38,14 +38,22 @@ impl Studio {
         self.frames.wait(serial)
     }
 
+    /// Hands a shot over to the device, as the window does: waits only for the shot before the last.
+    pub fn submit(&mut self, shot: &Shot<'_>, settings: &Settings) -> Result<()> {
+        let mut frame = self.frames.begin()?;
+        self.renderer.record(&mut frame, shot, settings, &self.picture)?;
+        frame.submit(Signals::default()).map(drop)
+    }
+
+    /// Waits for all shots that were handed over.
+    pub fn wait(&mut self) -> Result<()> {
+        self.frames.wait_all()
+    }
+
     /// Renders a shot a number of times with frames in flight, and waits for the last: for benches.
     pub fn stream(&mut self, shot: &Shot<'_>, settings: &Settings, count: usize) -> Result<()> {
-        for _ in 0..count {
-            let mut frame = self.frames.begin()?;
-            self.renderer.record(&mut frame, shot, settings, &self.picture)?;
-            frame.submit(Signals::default())?;
-        }
-        self.frames.wait_all()
+        (0..count).try_for_each(|_| self.submit(shot, settings))?;
+        self.wait()
     }
 
     /// The renderer.
