@@ -69,6 +69,8 @@
 
 pub use reef_abi as abi;
 
+#[allow(unsafe_code, reason = "the C calls: raw pointers of the contract become references here")]
+mod calls;
 mod config;
 #[allow(unsafe_code, reason = "the C entry: raw pointers of the contract become references here")]
 mod entry;
@@ -82,6 +84,8 @@ mod kept;
 mod mesh;
 mod param;
 pub mod ranges;
+#[allow(unsafe_code, reason = "a step's raw pointers become references here")]
+mod shell;
 mod state;
 #[allow(unsafe_code, reason = "slices out of the step's raw input and of the host's output memory")]
 mod step;
