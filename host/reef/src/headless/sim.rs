@@ -10,7 +10,7 @@ use std::{
 use reef_command::{Common, Past, open};
 use reef_files as files;
 use reef_files::Writing;
-use reef_plugin::Library;
+use reef_plugin::{Library, note_saved};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -124,6 +124,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         streams: args.stream.clone(),
         objects: args.object.clone(),
     };
+    if let Some(out) = &recording {
+        let part = out.part().display();
+        note_saved("recording", format!("What was recorded, but for its last lines, is in {part}."));
+    }
     if let Some(out) = &mut recording {
         check_filter(&world, &filter)?;
         writeln!(out, "{}", record::COLUMNS).map_err(|error| Failure::input(out.error(&error)))?;

@@ -50,6 +50,11 @@ impl Kept {
         self.from_step = journal.header.from_step;
     }
 
+    /// Whether the file is a whole journal already before the run's end.
+    pub(crate) fn is_whole_at_all_times(&self) -> bool {
+        matches!(self.place, Place::File(..))
+    }
+
     /// Whether inputs came that are not in the file.
     pub(crate) fn lacks_inputs(&self, journal: &Journal) -> bool {
         self.entries != journal.entries.len()

@@ -11,7 +11,7 @@ use reef_abi as abi;
 use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
 use reef_plugin::{
-    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn,
+    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn, note_saved,
     step_together,
 };
 use reef_streams::{
@@ -456,7 +456,11 @@ impl World {
 
     /// Keeps the journal in a file from now on.
     pub fn write_journal_to(&mut self, path: &Path) -> Result<(), WriteError> {
-        self.kept = Some(Kept::begin(path, &self.journal)?);
+        let kept = Kept::begin(path, &self.journal)?;
+        if kept.is_whole_at_all_times() {
+            note_saved("journal", format!("The journal {} holds all inputs.", path.display()));
+        }
+        self.kept = Some(kept);
         Ok(())
     }
 
