@@ -33,8 +33,8 @@ const BORDERS: [(&str, &[&str], &str); 9] = [
 const OURS: &[&str] = &["reef-abi", "reef-streams", "reef-gpu", "reef-plugin", "reef-sea", "reef-render"];
 const VULKAN: &[&str] = &["ash", "ash-window", "gpu-allocator", "reef-gpu", "reef-render"];
 
-/// Those that may name the models: the benches, and the package of the tests that cross crates.
-const KNOW_MODELS: [&str; 2] = ["reef-bench", "reef-tests"];
+/// Those that may name the models: the benches, the package of the tests that cross crates, and the fuzzer.
+const KNOW_MODELS: [&str; 3] = ["reef-bench", "reef-fuzz", "reef-tests"];
 
 /// A package of the workspace.
 #[derive(Clone, Debug, Default)]

@@ -20,7 +20,7 @@ use tempfile::{NamedTempFile, TempDir};
 use thiserror::Error;
 
 pub use folder::Folder;
-pub use left::remove_at_signals;
+pub use left::{InOrder, end_as_asked, in_order, remove_at_signals};
 use left::{Mark, marked, undisturbed};
 pub use place::beside;
 use place::{Place, builder, put, told};

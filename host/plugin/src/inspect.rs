@@ -7,7 +7,7 @@ use object::{ExportTarget, Object, ObjectSection, ObjectSegment};
 use reef_abi as abi;
 use reef_files::bounded;
 
-use super::{error::Refusal, image::Image, names::version_text};
+use super::{error::Refusal, image::Image, life::Life, names::version_text};
 
 /// Largest file that is looked at [bytes].
 const LARGEST: u64 = 1 << 30;
@@ -82,6 +82,12 @@ pub fn parse<'a>(image: &'a Image<'a>) -> Result<Parsed<'a>, Refusal> {
     object::File::parse(image).map_err(|error| Refusal::NoLibrary(error.to_string()))
 }
 
+/// Places in a copy of a library from which the system's loader does not learn of its constructors and
+/// destructors any more.
+pub fn passed_over(image: &Image<'_>) -> Vec<u64> {
+    Life::of(image).tags().to_vec()
+}
+
 /// A word of 32 bits of the entry, at this offset in it.
 pub fn entry_word(image: &Image<'_>, offset: usize) -> Result<u32, Refusal> {
     let file = parse(image)?;
@@ -119,7 +125,8 @@ const HEAD: usize = 24;
 /// The first `length` bytes at an address.
 fn entry_bytes<'a>(file: &Parsed<'a>, address: u64, length: usize) -> Result<&'a [u8], Refusal> {
     let find = || {
-        let section = file.sections().find(|s| (s.address()..s.address() + s.size()).contains(&address))?;
+        let has = |start: u64, size: u64| address.checked_sub(start).is_some_and(|offset| offset < size);
+        let section = file.sections().find(|section| has(section.address(), section.size()))?;
         let data = section.data().ok()?;
         let start = usize::try_from(address - section.address()).ok()?;
         data.get(start..start.checked_add(length)?)

@@ -16,7 +16,7 @@
 //!
 //! What only `reef plugin check` does to a plugin is in `bare`.
 //!
-//! `unsafe` lives in `guard`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
+//! `unsafe` lives in `guard`, `copies`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
 //! `lent`, `frozen`, `life`, `probe`, `instance`, `bare` and the two functions of `recorder` that a plugin
 //! calls.
 
@@ -54,7 +54,7 @@ use reef_streams::{self as streams, meshes, retained, textures};
 
 pub use assets::Asset;
 pub use error::{PluginError, Refusal};
-pub use guard::{Limits, offer_patience, set_limits};
+pub use guard::{Limits, note_saved, offer_patience, set_limits};
 pub use health::Health;
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::StepInput;

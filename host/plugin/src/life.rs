@@ -81,8 +81,8 @@ impl Life {
                 _ => continue,
             };
             *place = value;
-            life.tags
-                .push(segment.p_offset(endian) + (number * size_of::<elf::Dyn64<NativeEndian>>()) as u64);
+            let within = (number * size_of::<elf::Dyn64<NativeEndian>>()) as u64;
+            life.tags.push(segment.p_offset(endian).checked_add(within)?);
         }
         Some(life)
     }

@@ -124,13 +124,15 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(args)) => headless::doctor::run(common, args),
         Some(Command::Shaders(args)) => headless::shaders::run(common, args),
     };
-    match outcome.and_then(|()| say::all_said()) {
+    let code = match outcome.and_then(|()| say::all_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             diagnostic::tell(&failure.report);
             ExitCode::from(failure.code)
         }
-    }
+    };
+    reef_files::end_as_asked();
+    code
 }
 
 #[cfg(test)]

@@ -168,6 +168,9 @@ fn the_process_that_tries_builds_has_the_patience_of_the_command_line() {
     assert_eq!(met.code, Some(2), "{}", met.text);
     assert!(met.text.contains("it did not end 2000 ms after it began"), "{}", met.text);
     assert!(met.text.contains("--patience"), "{}", met.text);
+    let met = list(&["plugin", "list"]);
+    assert_eq!(met.code, Some(2), "{}", met.text);
+    assert!(met.text.contains("that was seen before"), "{}", met.text);
     let scene = workspace().join("tests/fixtures/hostile/hostile.toml");
     let scene = scene.to_string_lossy();
     let met = list(&["sim", &scene, "--steps", "1", "--patience", "10"]);
@@ -288,6 +291,24 @@ fn a_file_that_crashes_the_systems_loader_is_refused_and_no_other() {
     let told = "the process that loaded it first was ended by signal 11: the file is damaged";
     assert!(met.text.contains(told) || met.text.contains("load was stopped: SIGSEGV"), "{}", met.text);
     assert!(met.text.contains("libdamaged.so") && met.text.contains("reef.anemone"), "{}", met.text);
+    // Nobody tries it once more.
+    let again = meet_in(folder.path(), folder.path(), "nothing@nowhere", &["plugin", "list"]);
+    assert_eq!(again.code, Some(2), "{}", again.text);
+    assert!(again.text.contains("that was seen before: to try it again, remove"), "{}", again.text);
+}
+
+#[test]
+fn the_last_words_of_a_run_name_what_it_has_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (journal, record) = (path("journal"), path("r.csv"));
+    let arguments = ["--journal", &*journal, "--record", &*record];
+    let Some(met) = sim_with("fault_apart@step", &arguments) else { return };
+    let told =
+        format!("The journal {journal} holds all inputs. What was recorded, but for its last lines, is in");
+    assert!(met.code.is_none() && met.text.contains(&told), "{}", met.text);
+    let kept = fs::read_to_string(journal).unwrap();
+    assert!(kept.starts_with("{\"reef_journal\":1,") && kept.contains("{\"end\":"), "{kept}");
 }
 
 #[test]

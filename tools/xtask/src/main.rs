@@ -48,6 +48,7 @@ cargo xtask demo [SCENE] [OPTIONS]  set up, build, and show the sea: in a window
 cargo xtask watch PLUGIN [SCENE]    show the sea, and build the plugin anew whenever its sources are saved
 cargo xtask test                    set up, build, and pass every test, the golden pictures included
 cargo xtask faults [COUNT]          strike a plugin so often (1000) with every fault in every call: all must be survived
+cargo xtask fuzz TARGET [OPTIONS]   give a reader of foreign files inputs that nobody would write; --minutes N (10)
 cargo xtask lint                    formatting and clippy over the whole tree
 cargo xtask shaders [--all]         compile the shaders that changed; needs shaderc
 cargo xtask textures                paint assets/textures anew; the same pixels every time
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
         Some("watch") => watch::watch(rest),
         Some("test") => test(rest),
         Some("faults") => faults(rest),
+        Some("fuzz") => fuzz(rest),
         Some("lint") => lint(),
         Some("shaders") => shaders::shaders(rest),
         Some("textures") => textures::textures(rest),
@@ -131,6 +133,13 @@ fn test(arguments: &[String]) -> Outcome {
     })?;
     steps.end();
     Ok(())
+}
+
+/// Targets: scenes, species, configs, states, journals, plugins.
+fn fuzz(arguments: &[String]) -> Outcome {
+    let mut command = cargo();
+    command.args(["run", "--quiet", "--package", "reef-fuzz", "--"]).args(arguments);
+    run(&mut command, "reef-fuzz")
 }
 
 /// The test of strikes with a count of its own: as many processes as it takes, about a quarter of an hour for

@@ -20,6 +20,9 @@ impl Resident {
     }
 }
 
+/// Nobody says last words here.
+pub fn note_saved(_: &'static str, _: String) {}
+
 /// Executable memory of a library.
 #[derive(Debug)]
 pub(crate) struct Text;

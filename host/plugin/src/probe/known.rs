@@ -1,5 +1,5 @@
-//! Builds that were loaded without a fault, by the hash of what a program can see of them: a file each, with
-//! the ids of its plugins.
+//! Builds that were tried, by the hash of what a program can see of them: a file each, with the ids of its
+//! plugins, or with the fault that was seen.
 
 use std::{
     fs,
@@ -32,18 +32,38 @@ pub(super) fn hash(image: &Image<'_>) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
-/// The ids of a known build's plugins.
-pub(super) fn recall(folder: &Path, hash: &str) -> Option<Vec<String>> {
+/// What a note says of a build.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Note {
+    /// It was loaded without a fault: the ids of its plugins.
+    Sound(Vec<String>),
+    /// Its code was at fault in the process that loaded it: how.
+    Bad(String),
+}
+
+/// What a line of a bad build begins with; no id does.
+const BAD: &str = "! ";
+
+/// What is known of a build.
+pub(super) fn recall(folder: &Path, hash: &str) -> Option<Note> {
     let text = bounded::read_text(&folder.join(hash), LONGEST).ok()?;
     let mut lines = text.lines();
     // A note that was cut has no end.
-    (lines.next_back()? == "end").then(|| lines.map(str::to_owned).collect())
+    if lines.next_back()? != "end" {
+        return None;
+    }
+    Some(match text.lines().next().and_then(|first| first.strip_prefix(BAD)) {
+        Some(reason) => Note::Bad(reason.to_owned()),
+        None => Note::Sound(lines.map(str::to_owned).collect()),
+    })
 }
 
 /// Notes a build. One that cannot be noted is tried again.
-pub(super) fn remember(folder: &Path, hash: &str, plugins: &[String]) {
-    let text: String =
-        plugins.iter().map(String::as_str).chain(["end"]).map(|line| format!("{line}\n")).collect();
+pub(super) fn remember(folder: &Path, hash: &str, note: &Note) {
+    let text = match note {
+        Note::Sound(plugins) => plugins.iter().map(|id| format!("{id}\n")).collect(),
+        Note::Bad(reason) => format!("{BAD}{}\n", reason.replace(['\n', '\r'], " ")),
+    } + "end\n";
     match cache::keep(&folder.join(hash), text.as_bytes()) {
         Ok(()) => forget(folder),
         Err(error) => tracing::debug!("{}: known builds are not noted: {error}", folder.display()),
@@ -84,9 +104,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("plugins");
         assert_eq!(recall(&folder, "a"), None);
-        let ids = ["x.y".to_owned(), "x.z".to_owned()];
-        remember(&folder, "a", &ids);
-        assert_eq!(recall(&folder, "a").as_deref(), Some(&ids[..]));
+        for note in [
+            Note::Sound(vec!["x.y".to_owned(), "x.z".to_owned()]),
+            Note::Sound(Vec::new()),
+            Note::Bad("it was ended by signal 11".to_owned()),
+        ] {
+            remember(&folder, "a", &note);
+            assert_eq!(recall(&folder, "a"), Some(note));
+        }
         fs::write(folder.join("b"), "x.y\nx").unwrap();
         assert_eq!(recall(&folder, "b"), None);
     }
@@ -97,10 +122,10 @@ mod tests {
         for number in 0..MOST {
             fs::write(folder.path().join(number.to_string()), "end\n").unwrap();
         }
-        remember(folder.path(), "new", &[]);
+        remember(folder.path(), "new", &Note::Sound(Vec::new()));
         forget_now(folder.path());
         assert!(fs::read_dir(folder.path()).unwrap().count() <= MOST / 2);
-        assert_eq!(recall(folder.path(), "new").as_deref(), Some(&[][..]));
+        assert_eq!(recall(folder.path(), "new"), Some(Note::Sound(Vec::new())));
     }
 
     #[test]

@@ -20,6 +20,8 @@ use super::{
 };
 
 #[cfg(target_os = "linux")]
+use known::Note;
+#[cfg(target_os = "linux")]
 pub use serve::serve;
 
 /// How builds are tried.
@@ -42,34 +44,59 @@ struct Verdict {
     plugins: Vec<String>,
     /// Why it is not used.
     refused: Option<String>,
+    /// Its code is at fault, and would be so again.
+    fault: bool,
 }
 
 /// The ids of a build's plugins, which was loaded before, by another process or in another run. None: nothing
 /// is tried here.
 #[cfg(target_os = "linux")]
-pub(crate) fn look(path: &Path, image: &Image<'_>) -> Result<Option<Vec<String>>, Refusal> {
+pub fn look(path: &Path, image: &Image<'_>) -> Result<Option<Vec<String>>, Refusal> {
     let Some(probe) = server::offered() else { return Ok(None) };
     inspect::judge(inspect::inspect(image)?, CONTRACT)?;
     let hash = known::hash(image);
-    if let Some(plugins) = probe.known.as_deref().and_then(|folder| known::recall(folder, &hash)) {
+    if let Some(plugins) = recall(probe, &hash)? {
         return Ok(Some(plugins));
     }
     let Some(verdict) = server::ask(probe, server::LOAD, path) else { return Ok(None) };
     if let Some(reason) = verdict.refused {
+        // Was it this content that did so? The file may have been written anew before it was tried.
+        let same = || inspect::read(path).is_ok_and(|image| known::hash(&image) == hash);
+        if let Some(folder) =
+            probe.known.as_ref().filter(|_| verdict.fault && probe.patience.is_none() && same())
+        {
+            known::remember(folder, &hash, &Note::Bad(reason.clone()));
+        }
         return Err(Refusal::Fault(reason));
     }
     if verdict.hash != hash {
         return Err(Refusal::Unreadable("it was written anew while it was tried".into()));
     }
     if let Some(folder) = &probe.known {
-        known::remember(folder, &hash, &verdict.plugins);
+        known::remember(folder, &hash, &Note::Sound(verdict.plugins.clone()));
     }
     Ok(Some(verdict.plugins))
 }
 
+/// What was noted of a build: the ids of its plugins, or that it is at fault.
+#[cfg(target_os = "linux")]
+fn recall(probe: &Probe, hash: &str) -> Result<Option<Vec<String>>, Refusal> {
+    let Some(folder) = &probe.known else { return Ok(None) };
+    match known::recall(folder, hash) {
+        None => Ok(None),
+        Some(Note::Sound(plugins)) => Ok(Some(plugins)),
+        // Who has more patience may see another end.
+        Some(Note::Bad(_)) if probe.patience.is_some() => Ok(None),
+        Some(Note::Bad(reason)) => Err(Refusal::Fault(format!(
+            "{reason}; that was seen before: to try it again, remove {}",
+            folder.join(hash).display()
+        ))),
+    }
+}
+
 /// Other systems try nothing.
 #[cfg(not(target_os = "linux"))]
-pub(crate) fn look(_: &Path, _: &Image<'_>) -> Result<Option<Vec<String>>, Refusal> {
+pub fn look(_: &Path, _: &Image<'_>) -> Result<Option<Vec<String>>, Refusal> {
     Ok(None)
 }
 

@@ -15,6 +15,7 @@ use std::{
 
 use super::{Verdict, known, server};
 use crate::{
+    error::Refusal,
     guard::{Limits, limits},
     inspect,
     library::Library,
@@ -90,7 +91,10 @@ fn try_apart(what: u8, path: &Path, tell: &mut dyn FnMut(&Verdict) -> bool) -> b
             let status = end(child);
             match verdict {
                 Some(_) => heard,
-                None => tell(&refused(unanswered(said.is_some(), status))),
+                None => {
+                    let fault = said.is_some() && is_fault(status);
+                    tell(&Verdict { fault, ..refused(unanswered(said.is_some(), status)) })
+                }
             }
         }
     }
@@ -109,6 +113,12 @@ fn unanswered(in_time: bool, status: i32) -> String {
         false => format!("ended itself with exit code {}", libc::WEXITSTATUS(status)),
     };
     format!("the process that loaded it first {how}: the file is damaged, or its code at fault")
+}
+
+/// Was it a fault of the code? A want of time or memory may be another day's.
+fn is_fault(status: i32) -> bool {
+    const FAULTS: [i32; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGTRAP];
+    libc::WIFSIGNALED(status) && FAULTS.contains(&libc::WTERMSIG(status))
 }
 
 /// In the child: lets the system's loader open the library.
@@ -133,9 +143,12 @@ fn load(path: &Path) -> Verdict {
         let ids = plugins.iter().map(|plugin| plugin.info().id.clone()).collect();
         // What comes at the library's end is not waited for here.
         std::mem::forget(plugins);
-        Ok(Verdict { hash: known::hash(&image), plugins: ids, refused: None })
+        Ok(Verdict { hash: known::hash(&image), plugins: ids, ..Verdict::default() })
     });
-    found.unwrap_or_else(|refusal| refused(refusal.to_string()))
+    found.unwrap_or_else(|refusal| Verdict {
+        fault: matches!(refusal, Refusal::Fault(_)),
+        ..refused(refusal.to_string())
+    })
 }
 
 /// In the child: says what came of it, and ends.

@@ -255,8 +255,8 @@ impl Sea {
     }
 
     /// Ends the run: writes the journal, and tells what it was.
-    pub fn finish(self, frames: u64) -> Result<Summary, Failure> {
-        let world = &self.timeline.world;
+    pub fn finish(mut self, frames: u64) -> Result<Summary, Failure> {
+        let world = &mut self.timeline.world;
         world.flush_journal().map_err(Failure::input)?;
         Ok(Summary {
             scene: world.scene().name.clone(),

@@ -10,7 +10,7 @@ use std::{
 use reef_command::{Common, Past, open};
 use reef_files as files;
 use reef_files::Writing;
-use reef_plugin::Library;
+use reef_plugin::{Library, note_saved};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -110,9 +110,12 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         ("--save-state", args.save_state.as_deref()),
         ("--journal", args.journal.as_deref()),
     ])?;
+    // A jump looks at nothing before it is there: a signal ends it at once.
+    let in_order = args.at.is_empty().then(files::in_order);
+    let asked = || in_order.as_ref().and_then(files::InOrder::asked);
     // All files are begun before the first step: nobody should wait for an answer that cannot be written.
     let mut recording = args.record.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
-    let state = args.save_state.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
+    let mut state = args.save_state.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
     if let Some(path) = &args.journal {
         world.write_journal_to(path).map_err(Failure::input)?;
     }
@@ -121,6 +124,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         streams: args.stream.clone(),
         objects: args.object.clone(),
     };
+    if let Some(out) = &recording {
+        let part = out.part().display();
+        note_saved("recording", format!("What was recorded, but for its last lines, is in {part}."));
+    }
     if let Some(out) = &mut recording {
         check_filter(&world, &filter)?;
         writeln!(out, "{}", record::COLUMNS).map_err(|error| Failure::input(out.error(&error)))?;
@@ -137,7 +144,8 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let mut simulated = 0.0;
     let mut broken = None;
     let moments = jumps::visit(&mut world, &args.at, plain)?;
-    for _ in 0..steps {
+    let mut made = 0;
+    while made < steps && asked().is_none() {
         if args.reload_at == Some(world.clock().step + 1) {
             reload(&mut world, open::workers(common))?;
         }
@@ -163,11 +171,22 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             }
         }
         bar.inc(1);
+        made += 1;
         if !writes && !say::is_heard() {
             break;
         }
     }
     bar.finish_and_clear();
+    let interrupted = made < steps && broken.is_none();
+    if let Some(signal) = asked().filter(|_| interrupted) {
+        // Half a recording, or a state of another step, is not what was asked for: what stood there stays.
+        tracing::warn!(
+            step = world.clock().step,
+            "ended by {signal}: no recording and no state is written{}",
+            if args.journal.is_some() { ", but the journal up to here" } else { "" }
+        );
+        (recording, state) = (None, None);
+    }
     if let Some(recording) = recording {
         recording.finish().map_err(Failure::input)?;
     }
@@ -193,7 +212,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         say(json!({
             "scene": world.scene().name,
             "seed": world.seed(),
-            "steps": steps,
+            "steps": made,
             "step": world.clock().step,
             "time": world.clock().time(),
             "seconds": began.elapsed().as_secs_f64(),
@@ -205,11 +224,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         }));
     } else {
         jumps::tell(&world, &moments);
-        let per_step = if steps > 0 { simulated / steps as f64 * 1e3 } else { 0.0 };
+        let per_step = if made > 0 { simulated / made as f64 * 1e3 } else { 0.0 };
         say(format_args!(
             "{}: {} steps to {:.3} s of the sea, {per_step:.3} ms a step",
             world.scene().name,
-            steps,
+            made,
             world.clock().time()
         ));
         if args.hash {

@@ -30,6 +30,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         say(format_args!("{}: watching {}", world.scene().name, modules.join(", ")));
     }
     let mut first = Vec::new();
+    let in_order = reef_files::in_order();
     let lateness = pace(&mut live, &mut world, args.steps.unwrap_or(u64::MAX), |live, world, is_first| {
         for notice in live.take_notices() {
             tell(common, notice.step, &notice.text, notice.gravity == Gravity::Trouble);
@@ -40,8 +41,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         if is_first {
             first.push(world.clock().step);
         }
-        args.journal.is_some() || say::is_heard()
+        in_order.asked().is_none() && (args.journal.is_some() || say::is_heard())
     });
+    if let Some(signal) = in_order.asked() {
+        tracing::warn!(step = world.clock().step, "ended by {signal}");
+    }
     world.flush_journal().map_err(Failure::input)?;
     let counts = live.counts();
     if common.json {

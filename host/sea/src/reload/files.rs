@@ -5,11 +5,14 @@
 //! builds in a row. The debug information of libraries is left out, see [`Image`]. It is whole when the
 //! kernel says that nobody has it open for writing (see [`super::lease`]); where it does not tell, when it
 //! was closed or renamed into place, or has been quiet for a while.
+//!
+//! The system tells of a folder's own entries alone, on some file systems of nothing, and not to everybody.
+//! So all files are looked at once a second, too, through the links that lead to them.
 
 use std::{
     collections::HashMap,
     ffi::OsString,
-    fs::{self, File},
+    fs::{self, File, Metadata},
     io,
     path::{Path, PathBuf},
     sync::Arc,
@@ -31,6 +34,8 @@ const QUIET: Duration = Duration::from_millis(150);
 const AGAIN: Duration = Duration::from_millis(4);
 /// A file that is not whole for so long is told about.
 const PATIENCE: Duration = Duration::from_millis(600);
+/// Between two looks at all files, whether anything was heard of them or not.
+const ROUND: Duration = Duration::from_secs(1);
 /// Between two tries to watch a folder that is gone.
 const FOLDER: Duration = Duration::from_millis(250);
 /// Largest file that is read [bytes].
@@ -46,8 +51,7 @@ struct Stamp {
     changed: (i64, i64),
 }
 
-fn stamp(file: &File) -> Option<Stamp> {
-    let data = file.metadata().ok()?;
+fn stamp(data: &Metadata) -> Stamp {
     #[cfg(unix)]
     let (inode, changed) = {
         use std::os::unix::fs::MetadataExt;
@@ -57,7 +61,17 @@ fn stamp(file: &File) -> Option<Stamp> {
     };
     #[cfg(not(unix))]
     let (inode, changed) = ((0, 0), (0, 0));
-    Some(Stamp { inode, length: data.len(), modified: data.modified().ok(), changed })
+    Stamp { inode, length: data.len(), modified: data.modified().ok(), changed }
+}
+
+/// Of an open file.
+fn stamp_of(file: &File) -> Option<Stamp> {
+    file.metadata().ok().as_ref().map(stamp)
+}
+
+/// Of what a path leads to; None: to nothing.
+fn stamp_at(path: &Path) -> Option<Stamp> {
+    fs::metadata(path).ok().as_ref().map(stamp)
 }
 
 #[derive(Debug)]
@@ -74,6 +88,8 @@ struct Dirty {
 struct Known {
     /// Of what was there when the watch began.
     stamp: Option<Stamp>,
+    /// Of what was there at the last look; None: nothing was.
+    seen: Option<Stamp>,
     /// What was read last.
     last: Option<Arc<Image<'static>>>,
     dirty: Option<Dirty>,
@@ -90,11 +106,14 @@ pub(super) struct Change {
 
 /// The files and folders that are watched.
 pub(super) struct Files {
-    watcher: RecommendedWatcher,
+    /// None: the system tells this process nothing.
+    watcher: Option<RecommendedWatcher>,
     /// By the folder's real path: how it was named.
     folders: HashMap<PathBuf, Folder>,
     /// By real folder and name.
     known: HashMap<(PathBuf, OsString), Known>,
+    /// When all files are looked at next.
+    round: Instant,
 }
 
 #[derive(Debug)]
@@ -102,50 +121,75 @@ struct Folder {
     named: PathBuf,
     /// Every library in it counts, whether somebody named it or not.
     libraries: bool,
+    /// Of the folder itself, at the last look: it changes with its entries.
+    seen: Option<Stamp>,
+    /// The system tells of it.
+    watched: bool,
     lost: Option<Instant>,
 }
 
 impl Files {
-    pub(super) fn new(watcher: RecommendedWatcher) -> Self {
-        Self { watcher, folders: HashMap::new(), known: HashMap::new() }
+    /// Without a watcher files are looked at once a second only, and somebody is told so.
+    pub(super) fn new(watcher: notify::Result<RecommendedWatcher>) -> Self {
+        let watcher = watcher
+            .inspect_err(|error| {
+                tracing::warn!(
+                    "the system tells nothing of files that change ({error}): they are looked at once a second"
+                );
+            })
+            .ok();
+        Self { watcher, folders: HashMap::new(), known: HashMap::new(), round: Instant::now() + ROUND }
     }
 
-    /// Watches a folder. `libraries`: every dynamic library in it counts.
-    pub(super) fn add_folder(&mut self, folder: &Path, libraries: bool) -> Result<PathBuf, String> {
+    /// Watches a folder. `libraries`: every dynamic library in it counts. Where that cannot be, somebody is
+    /// told; its files are looked at once a second in any case. Returns its real path.
+    pub(super) fn add_folder(&mut self, folder: &Path, libraries: bool) -> PathBuf {
         let named = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let told = |error: &dyn std::fmt::Display| format!("{} cannot be watched: {error}", named.display());
-        let real = named.canonicalize().map_err(|error| told(&error))?;
-        match self.folders.get_mut(&real) {
-            Some(known) => known.libraries |= libraries,
-            None => {
-                self.watcher.watch(&real, RecursiveMode::NonRecursive).map_err(|error| told(&error))?;
-                let folder = Folder { named: named.to_owned(), libraries, lost: None };
-                self.folders.insert(real.clone(), folder);
+        let real = match named.canonicalize() {
+            Ok(real) => real,
+            Err(error) => {
+                tracing::warn!("{}: {error}; it is looked for once a second", named.display());
+                std::path::absolute(named).unwrap_or_else(|_| named.to_owned())
+            }
+        };
+        if let Some(known) = self.folders.get_mut(&real) {
+            known.libraries |= libraries;
+            return real;
+        }
+        let mut watched = false;
+        if let Some(watcher) = self.watcher.as_mut().filter(|_| real.is_dir()) {
+            match watcher.watch(&real, RecursiveMode::NonRecursive) {
+                Ok(()) => watched = true,
+                Err(error) => tracing::warn!(
+                    "{} cannot be watched ({error}): its files are looked at once a second",
+                    named.display()
+                ),
             }
         }
-        Ok(real)
+        let seen = stamp_at(named);
+        let folder = Folder { named: named.to_owned(), libraries, seen, watched, lost: None };
+        self.folders.insert(real.clone(), folder);
+        real
     }
 
     /// Watches a file: its present content is known already.
-    pub(super) fn add(&mut self, path: &Path) -> Result<(), String> {
+    pub(super) fn add(&mut self, path: &Path) {
         let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
-            return Err(format!("{} names no file", path.display()));
+            tracing::warn!("{} names no file: it is not watched", path.display());
+            return;
         };
-        let real = self.add_folder(folder, false)?;
+        let real = self.add_folder(folder, false);
         // A file that is watched already may have changed since it was read: its present stamp would hide
         // that.
-        self.known.entry((real, name.to_owned())).or_insert_with(|| Known {
-            stamp: bounded::open(path).ok().as_ref().and_then(stamp),
-            ..Known::default()
+        self.known.entry((real, name.to_owned())).or_insert_with(|| {
+            let seen = stamp_at(path);
+            Known { stamp: seen.clone(), seen, ..Known::default() }
         });
-        Ok(())
     }
 
-    /// Watches files without which the sea goes on; those that cannot be watched are told about.
+    /// Watches files.
     pub(super) fn add_all(&mut self, paths: &[PathBuf]) {
-        for problem in paths.iter().filter_map(|path| self.add(path).err()) {
-            tracing::warn!("{problem}");
-        }
+        paths.iter().for_each(|path| self.add(path));
     }
 
     /// Takes an event of the watcher.
@@ -203,11 +247,44 @@ impl Files {
         }
     }
 
-    /// When to look again; None: when something is heard.
-    pub(super) fn due(&self) -> Option<Instant> {
+    /// When to look again, even if nothing is heard.
+    pub(super) fn due(&self) -> Instant {
         let files = self.known.values().filter_map(|known| Some(known.dirty.as_ref()?.next));
         let folders = self.folders.values().filter_map(|folder| Some(folder.lost? + FOLDER));
-        files.chain(folders).min()
+        files.chain(folders).fold(self.round, Instant::min)
+    }
+
+    /// Looks at all files, whether anything was heard of them or not.
+    fn look_around(&mut self, now: Instant) {
+        self.round = now + ROUND;
+        for ((folder, name), known) in &mut self.known {
+            let named = self.folders.get(folder).map_or(folder, |folder| &folder.named);
+            let here = stamp_at(&named.join(name));
+            if here == known.seen {
+                continue;
+            }
+            known.seen = here;
+            match &mut known.dirty {
+                _ if known.seen.is_none() => {}
+                None => known.dirty = Some(Dirty { since: now, heard: now, closed: false, next: now }),
+                Some(dirty) if !dirty.closed => dirty.heard = now,
+                Some(_) => {}
+            }
+        }
+        let mut new = Vec::new();
+        for (real, folder) in &mut self.folders {
+            if let Some(watcher) = self.watcher.as_mut().filter(|_| !folder.watched && real.is_dir()) {
+                // It is there now, or others watch less.
+                folder.watched = watcher.watch(real, RecursiveMode::NonRecursive).is_ok();
+            }
+            let here = stamp_at(&folder.named);
+            if folder.libraries && here != folder.seen {
+                new.extend(names_in(&folder.named).map(|name| (real.clone(), name)));
+            }
+            folder.seen = here;
+        }
+        new.retain(|key| !self.known.contains_key(key));
+        new.into_iter().for_each(|key| self.touch(key, now, false));
     }
 
     /// Files that changed and are whole now. `whole`: may this content be used, or is it a part of what is to
@@ -215,6 +292,9 @@ impl Files {
     pub(super) fn changes(&mut self, whole: impl Fn(&Path, &Image<'_>) -> bool) -> Vec<Change> {
         let now = Instant::now();
         self.find_lost_folders(now);
+        if self.round <= now {
+            self.look_around(now);
+        }
         let mut changes = Vec::new();
         for ((folder, name), known) in &mut self.known {
             let Some(dirty) = known.dirty.as_mut().filter(|dirty| dirty.next <= now) else { continue };
@@ -223,7 +303,8 @@ impl Files {
             let patient =
                 now.duration_since(dirty.since) < PATIENCE || now.duration_since(dirty.heard) < QUIET;
             dirty.next = now + AGAIN;
-            match look(&path, known.stamp.as_ref(), known.last.as_deref(), dirty, now, &whole) {
+            let last = known.last.as_deref();
+            match look(&path, known.stamp.as_ref(), &mut known.seen, last, dirty, now, &whole) {
                 Look::Same => known.dirty = None,
                 Look::Later if patient => {}
                 Look::Later => {
@@ -250,12 +331,14 @@ impl Files {
 
     fn find_lost_folders(&mut self, now: Instant) {
         let mut found = Vec::new();
+        // Nothing is lost but what was watched.
+        let Some(watcher) = &mut self.watcher else { return };
         for (real, folder) in &mut self.folders {
             if let Some(lost) = folder.lost.filter(|lost| *lost + FOLDER <= now) {
                 folder.lost = Some(lost.max(now));
                 // The watch of the folder that was there is gone with it.
-                let _ = self.watcher.unwatch(real);
-                if real.is_dir() && self.watcher.watch(real, RecursiveMode::NonRecursive).is_ok() {
+                let _ = watcher.unwatch(real);
+                if real.is_dir() && watcher.watch(real, RecursiveMode::NonRecursive).is_ok() {
                     folder.lost = None;
                     found.push(real.clone());
                 }
@@ -264,11 +347,13 @@ impl Files {
         for real in found {
             let here = self.known.keys().filter(|(folder, _)| *folder == real).cloned().collect::<Vec<_>>();
             here.into_iter().for_each(|key| self.touch(key, now, false));
-            for entry in fs::read_dir(&real).into_iter().flatten().flatten() {
-                self.touch((real.clone(), entry.file_name()), now, false);
-            }
+            names_in(&real).for_each(|name| self.touch((real.clone(), name), now, false));
         }
     }
+}
+
+fn names_in(folder: &Path) -> impl Iterator<Item = OsString> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name())
 }
 
 enum Look {
@@ -286,6 +371,7 @@ enum Look {
 fn look(
     path: &Path,
     known: Option<&Stamp>,
+    seen: &mut Option<Stamp>,
     last: Option<&Image<'_>>,
     dirty: &Dirty,
     now: Instant,
@@ -296,7 +382,7 @@ fn look(
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Look::Gone,
         Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
     };
-    let Some(before) = stamp(&file) else { return Look::Later };
+    let Some(before) = stamp_of(&file) else { return Look::Later };
     if known == Some(&before) {
         return Look::Same;
     }
@@ -316,12 +402,16 @@ fn look(
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Look::Later,
         Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
     };
-    if lease.writers == Writers::Unknown && stamp(&file) != Some(before) {
+    if lease.writers == Writers::Unknown && stamp_of(&file).as_ref() != Some(&before) {
         return Look::Later;
     }
+    *seen = Some(before);
     match last {
         Some(last) if *last == image => Look::Same,
         _ if whole(path, &image) => Look::Whole(image),
         _ => Look::Part(image),
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests;

@@ -148,16 +148,15 @@ impl Live {
         let watcher = notify::recommended_watcher(move |event| {
             // Nobody listens any more at the end.
             let _ = events.send(Task::Event(event));
-        })
-        .map_err(|error| format!("files cannot be watched: {error}"))?;
+        });
         let mut files = Files::new(watcher);
         let ledger = Ledger::new(&registry);
         for path in registry.paths() {
-            files.add(path)?;
+            files.add(path);
             watch_twins(&mut files, path);
         }
         for folder in &folders {
-            files.add_folder(folder, true)?;
+            files.add_folder(folder, true);
         }
         // The scene's, too, and here: what is edited before the thread beside has begun must not pass for
         // what was read.
@@ -568,10 +567,8 @@ fn watch_twins(files: &mut Files, path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return };
     let twins = [folder.join("deps"), folder.parent().unwrap_or(folder).to_owned()];
     let used = if folder.ends_with("deps") { &twins[1] } else { &twins[0] };
-    if used.is_dir()
-        && let Err(problem) = files.add(&used.join(name))
-    {
-        tracing::warn!("{problem}");
+    if used.is_dir() {
+        files.add(&used.join(name));
     }
 }
 

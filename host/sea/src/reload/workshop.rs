@@ -90,16 +90,14 @@ impl Workshop {
     pub(super) fn run(mut self) {
         probe::prepare();
         loop {
-            let task = match self.files.due() {
-                None => self.tasks.recv().ok(),
-                Some(due) => match self.tasks.recv_timeout(due.saturating_duration_since(Instant::now())) {
-                    Ok(task) => Some(task),
-                    Err(RecvTimeoutError::Timeout) => {
-                        self.look();
-                        continue;
-                    }
-                    Err(RecvTimeoutError::Disconnected) => None,
-                },
+            let wait = self.files.due().saturating_duration_since(Instant::now());
+            let task = match self.tasks.recv_timeout(wait) {
+                Ok(task) => Some(task),
+                Err(RecvTimeoutError::Timeout) => {
+                    self.look();
+                    continue;
+                }
+                Err(RecvTimeoutError::Disconnected) => None,
             };
             match task {
                 None | Some(Task::Quit) => return,

@@ -151,6 +151,10 @@ pub enum JournalError {
 
 impl miette::Diagnostic for JournalError {}
 
+fn line(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default() + "\n"
+}
+
 impl Journal {
     /// An empty journal.
     pub fn new(scene: &str, seed: u64, dt: f64, from_step: u64) -> Self {
@@ -160,12 +164,17 @@ impl Journal {
 
     /// The journal's text.
     pub fn text(&self) -> String {
-        let line = |value: Result<String, serde_json::Error>| value.unwrap_or_default() + "\n";
-        let mut text = line(serde_json::to_string(&self.header));
-        for entry in &self.entries {
-            text += &line(serde_json::to_string(entry));
-        }
-        text + &line(serde_json::to_string(&End { end: self.end }))
+        line(&self.header) + &self.lines_from(0) + &self.last_line()
+    }
+
+    /// The lines of all inputs but so many.
+    pub(crate) fn lines_from(&self, first: usize) -> String {
+        self.entries.iter().skip(first).map(line).collect()
+    }
+
+    /// The line of the end.
+    pub(crate) fn last_line(&self) -> String {
+        line(&End { end: self.end })
     }
 
     /// Writes it, whole or not at all.

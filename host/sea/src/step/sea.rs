@@ -11,7 +11,7 @@ use reef_abi as abi;
 use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
 use reef_plugin::{
-    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn,
+    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn, note_saved,
     step_together,
 };
 use reef_streams::{
@@ -30,6 +30,7 @@ use super::{
     ground::Ground,
     history::History,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
+    kept::Kept,
     recent::{Fixed, Recent},
     setting,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
@@ -42,8 +43,8 @@ const FEW_MODULES: usize = 8;
 
 /// Frames that are kept for reuse.
 const SPARE_FRAMES: usize = 4;
-/// A journal that is written to a file is written anew every so many steps, and at the end.
-const JOURNAL_STEPS: u64 = 600;
+/// A journal's file hears of every step that takes inputs, and of each such step.
+const JOURNAL_STEPS: u64 = 60;
 /// Messages that nobody took.
 const MOST_MESSAGES: usize = 100;
 
@@ -218,7 +219,7 @@ pub struct World {
     /// What is replayed is this run's own: whatever else comes takes its place.
     pub(crate) relived: bool,
     pub(crate) journal: Journal,
-    journal_path: Option<PathBuf>,
+    kept: Option<Kept>,
     trains: Waves,
     /// Those of the present step.
     waves: Vec<abi::Wave>,
@@ -299,7 +300,7 @@ impl World {
             replay: VecDeque::new(),
             relived: false,
             journal: Journal::new(&scene.name, seed, clock.dt, 0),
-            journal_path: None,
+            kept: None,
             trains,
             waves: Vec::new(),
             obstacles: Vec::new(),
@@ -455,14 +456,17 @@ impl World {
 
     /// Keeps the journal in a file from now on.
     pub fn write_journal_to(&mut self, path: &Path) -> Result<(), WriteError> {
-        self.journal.write(path)?;
-        self.journal_path = Some(path.to_owned());
+        let kept = Kept::begin(path, &self.journal)?;
+        if kept.is_whole_at_all_times() {
+            note_saved("journal", format!("The journal {} holds all inputs.", path.display()));
+        }
+        self.kept = Some(kept);
         Ok(())
     }
 
-    /// Writes the journal's file now.
-    pub fn flush_journal(&self) -> Result<(), WriteError> {
-        self.journal_path.as_ref().map_or(Ok(()), |path| self.journal.write(path))
+    /// Writes the journal's file at the end of the run.
+    pub fn flush_journal(&mut self) -> Result<(), WriteError> {
+        self.kept.as_mut().map_or(Ok(()), |kept| kept.finish(&self.journal))
     }
 
     /// Feeds a journal's inputs again, each in its step. `Err`: it belongs to another run.
@@ -515,11 +519,12 @@ impl World {
         self.remember_seconds = stepped.elapsed().as_secs_f64();
         self.step_seconds = began.elapsed().as_secs_f64();
         self.journal.end = self.clock.step;
-        if self.clock.step.is_multiple_of(JOURNAL_STEPS)
-            && let Err(error) = self.flush_journal()
+        if let Some(kept) = &mut self.kept
+            && (kept.lacks_inputs(&self.journal) || self.clock.step.is_multiple_of(JOURNAL_STEPS))
+            && let Err(error) = kept.update(&self.journal)
         {
             self.tell("", error.to_string());
-            self.journal_path = None;
+            self.kept = None;
         }
     }
 

@@ -54,6 +54,21 @@ fn is(name: *const Name, plugin: &str) -> bool {
     unsafe { name.as_ref() }.is_some_and(|name| name.0 == plugin)
 }
 
+/// What is on the disk of a run's results, by whose they are, and the same as one text that is kept for ever.
+static SAVED: Mutex<Vec<(&'static str, String)>> = Mutex::new(Vec::new());
+static SAVED_TEXT: AtomicPtr<String> = AtomicPtr::new(ptr::null_mut());
+
+/// Notes what is on the disk of a run that ends in the middle, as a sentence: it is in the last words. `whose`
+/// tells apart what replaces one another.
+pub fn note_saved(whose: &'static str, sentence: String) {
+    let mut all = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
+    all.retain(|(known, _)| *known != whose);
+    all.push((whose, sentence));
+    let text: String = all.iter().map(|(_, sentence)| format!("{sentence} ")).collect();
+    // Leaked: a signal handler may be reading the one before.
+    SAVED_TEXT.store(Box::into_raw(Box::new(text)), Ordering::Release);
+}
+
 /// Says once which plugin ran last, where one did. For a signal handler.
 pub(super) fn say(signal: i32) {
     static SAID: AtomicBool = AtomicBool::new(false);
@@ -63,12 +78,16 @@ pub(super) fn say(signal: i32) {
     }
     // SAFETY: a name that is kept for ever.
     let name = unsafe { &(*last).0 };
+    // SAFETY: NULL, or a text that is kept for ever.
+    let saved = unsafe { SAVED_TEXT.load(Ordering::Acquire).as_ref() };
     for part in [
         "reef: ",
         describe::name(signal),
         " in the host's own code; the last plugin that ran is `",
         name,
-        "`, which may have written over its memory. Files that were finished before are whole.\n",
+        "`, which may have written over its memory. ",
+        saved.map_or("", String::as_str),
+        "Files that were finished before are whole.\n",
     ] {
         // SAFETY: the bytes of a text. If nobody listens, nobody hears.
         unsafe { libc::write(libc::STDERR_FILENO, part.as_ptr().cast(), part.len()) };

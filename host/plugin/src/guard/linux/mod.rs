@@ -27,6 +27,7 @@ pub(crate) use ending::{Stranded, join};
 pub(super) use exit::end_without_destructors;
 use frame::Frame;
 pub(crate) use last::Called;
+pub use last::note_saved;
 pub(crate) use probe::{probe_read, probe_write};
 pub(crate) use stack::{Resident, Thread, require_stack};
 pub use taken::ever_taken;

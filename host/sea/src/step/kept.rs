@@ -1,0 +1,157 @@
+//! A journal's file while its run goes on. It is a whole journal after each write, with its last line written
+//! over by what is new: a run that ends in the middle leaves one that can be replayed.
+
+use std::{
+    fs::File,
+    io::{self, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+use reef_files::{WriteError, Writing};
+
+use super::journal::{Entry, Journal};
+
+/// A file that holds a journal.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    path: PathBuf,
+    place: Place,
+    /// What is in the file.
+    entries: usize,
+    last: Option<Entry>,
+    from_step: u64,
+}
+
+#[derive(Debug)]
+enum Place {
+    /// The file, and where the line of its end begins [bytes].
+    File(File, u64),
+    /// A device or a pipe gets all at the end.
+    Straight(Option<Writing>),
+}
+
+impl Kept {
+    /// Begins a file with this journal.
+    pub(crate) fn begin(path: &Path, journal: &Journal) -> Result<Self, WriteError> {
+        let place = if path.exists() && !path.is_file() {
+            Place::Straight(Some(Writing::create(path)?))
+        } else {
+            let (file, end) = whole(path, journal)?;
+            Place::File(file, end)
+        };
+        let mut kept = Self { path: path.to_owned(), place, entries: 0, last: None, from_step: 0 };
+        kept.holds(journal);
+        Ok(kept)
+    }
+
+    fn holds(&mut self, journal: &Journal) {
+        self.entries = journal.entries.len();
+        self.last = journal.entries.last().cloned();
+        self.from_step = journal.header.from_step;
+    }
+
+    /// Whether the file is a whole journal already before the run's end.
+    pub(crate) fn is_whole_at_all_times(&self) -> bool {
+        matches!(self.place, Place::File(..))
+    }
+
+    /// Whether inputs came that are not in the file.
+    pub(crate) fn lacks_inputs(&self, journal: &Journal) -> bool {
+        self.entries != journal.entries.len()
+    }
+
+    /// Brings the file up to date: by what is new, or anew where the past is another.
+    pub(crate) fn update(&mut self, journal: &Journal) -> Result<(), WriteError> {
+        let Place::File(file, end) = &mut self.place else { return Ok(()) };
+        let continues = journal.header.from_step == self.from_step
+            && self.entries <= journal.entries.len()
+            && self.entries.checked_sub(1).map(|last| &journal.entries[last]) == self.last.as_ref();
+        if continues {
+            let new = journal.lines_from(self.entries);
+            let written = write_over(file, *end, &(new.clone() + &journal.last_line()));
+            written.map_err(|error| WriteError { path: self.path.clone(), problem: error.to_string() })?;
+            *end += new.len() as u64;
+        } else {
+            (*file, *end) = whole(&self.path, journal)?;
+        }
+        self.holds(journal);
+        Ok(())
+    }
+
+    /// Writes the journal to the end of its run, whole.
+    pub(crate) fn finish(&mut self, journal: &Journal) -> Result<(), WriteError> {
+        match &mut self.place {
+            Place::File(file, end) => {
+                (*file, *end) = whole(&self.path, journal)?;
+                self.holds(journal);
+                Ok(())
+            }
+            Place::Straight(writing) => {
+                let Some(mut writing) = writing.take() else { return Ok(()) };
+                let written = writing.write_all(journal.text().as_bytes());
+                written.map_err(|error| writing.error(&error))?;
+                writing.finish()
+            }
+        }
+    }
+}
+
+/// Writes a whole journal in the place of what was there. Returns the file and where its last line begins.
+fn whole(path: &Path, journal: &Journal) -> Result<(File, u64), WriteError> {
+    journal.write(path)?;
+    let opened = File::options().write(true).open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
+    match opened {
+        Ok((length, file)) => Ok((file, length.saturating_sub(journal.last_line().len() as u64))),
+        Err(error) => Err(WriteError { path: path.to_owned(), problem: error.to_string() }),
+    }
+}
+
+/// One call, so that no end of the program leaves half of it. The line of the end never grows shorter.
+fn write_over(file: &mut File, at: u64, text: &str) -> io::Result<()> {
+    file.seek(SeekFrom::Start(at))?;
+    file.write_all(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::journal::{Input, ParamInput};
+
+    fn param(step: u64, value: f64) -> Entry {
+        let param = ParamInput { module: "a".into(), key: "k".into(), id: 3, value };
+        Entry { step, input: Input::Param(param) }
+    }
+
+    #[test]
+    fn the_file_is_the_whole_journal_after_every_update() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.journal");
+        let mut journal = Journal::new("Sea", 7, 0.01, 0);
+        let mut kept = Kept::begin(&path, &journal).unwrap();
+        for step in 1..200 {
+            journal.end = step;
+            if step % 7 == 0 {
+                journal.entries.extend([param(step, 0.5), param(step, 1.0 / step as f64)]);
+            }
+            kept.update(&journal).unwrap();
+            assert_eq!(Journal::read(&path).unwrap(), journal, "step {step}");
+        }
+        // A jump back, and another future of the same length.
+        journal.entries.truncate(10);
+        journal.end = journal.entries[9].step;
+        kept.update(&journal).unwrap();
+        assert_eq!(Journal::read(&path).unwrap(), journal);
+        journal.entries.push(param(journal.end + 1, 3.0));
+        journal.end += 1;
+        kept.update(&journal).unwrap();
+        assert_eq!(Journal::read(&path).unwrap(), journal);
+        // A state was loaded.
+        journal = Journal::new("Sea", 7, 0.01, 90);
+        kept.update(&journal).unwrap();
+        assert_eq!(Journal::read(&path).unwrap(), journal);
+        // Somebody took the file away: the end brings it back.
+        std::fs::remove_file(&path).unwrap();
+        kept.finish(&journal).unwrap();
+        assert_eq!(Journal::read(&path).unwrap(), journal);
+    }
+}

@@ -1,0 +1,78 @@
+//! Whatever a schema allows gets an answer with a place, or is a sea of finite numbers.
+
+use std::time::{Duration, Instant};
+
+use reef_fuzz::{
+    random::Random,
+    ranges::{Case, Subject, subjects},
+};
+
+/// Cases of each subject in every run of the tests.
+const CASES: usize = 20;
+
+/// Tries cases; returns what is wrong, each kind once.
+fn attempt(subject: &Subject, cases: impl Iterator<Item = Case>) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for case in cases {
+        let began = Instant::now();
+        if let Err(problem) = subject.attempt(&case) {
+            eprintln!("{problem}");
+            wrong.push(problem);
+        }
+        if began.elapsed() > Duration::from_secs(5) {
+            eprintln!("{}: {:?}", subject.words(&case), began.elapsed());
+        }
+    }
+    wrong
+}
+
+#[test]
+fn numbers_at_the_ends_of_their_ranges_are_answered_or_a_finite_sea() {
+    let mut wrong = Vec::new();
+    let mut random = Random::new(18);
+    for subject in subjects() {
+        let singles = subject.singles(false);
+        let cases: Vec<Case> = (0..CASES)
+            .filter_map(|at| match at % 2 {
+                0 => random.one(&singles).cloned(),
+                _ => Some(subject.some(&mut random)),
+            })
+            .collect();
+        wrong.extend(attempt(&subject, cases.into_iter()));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_kind_of_number_is_found_in_the_schemas() {
+    let subjects = subjects();
+    let has = |subject: &str, leaf: &str| {
+        let subject = subjects.iter().find(|known| known.name == subject).expect("a subject");
+        subject.leaves.iter().any(|known| known.name() == leaf)
+    };
+    assert!(has("scene", "terrain(0).relief_length") || has("scene", "terrain.relief_length"));
+    assert!(subjects.iter().all(|subject| !subject.leaves.is_empty()));
+    // What the numbers are put into is a sea, or all answers would be of something else.
+    for subject in &subjects {
+        let world = reef_fuzz::sea::world(&subject.text(&Vec::new()));
+        assert!(world.is_ok_and(|world| world.is_some()), "{}", subject.name);
+    }
+}
+
+/// All of it takes many minutes: `cargo test -p reef-fuzz --test ranges -- --ignored`.
+#[test]
+#[ignore = "many minutes"]
+fn all_numbers_at_all_ends_and_many_pairs() {
+    let mut wrong = Vec::new();
+    let mut random = Random::new(99);
+    for subject in subjects() {
+        let began = Instant::now();
+        let singles = subject.singles(true);
+        let count = singles.len();
+        wrong.extend(attempt(&subject, singles.into_iter()));
+        let pairs: Vec<Case> = (0..count).map(|_| subject.some(&mut random)).collect();
+        wrong.extend(attempt(&subject, pairs.into_iter()));
+        eprintln!("{}: {count} ends and as many pairs in {:?}", subject.name, began.elapsed());
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
