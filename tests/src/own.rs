@@ -270,6 +270,8 @@ pub const OWN: &[Own] = &[
             "species.forks.segments",
             "species.forks.shrink",
             "species.forks.times",
+            "species.joints.depth",
+            "species.joints.tissue.tip_rigidity",
             "species.look.midrib",
             "species.look.ruffle",
             "species.look.ruffles",

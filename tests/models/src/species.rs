@@ -40,7 +40,7 @@ pub fn names(is_such: impl Fn(&Value) -> bool) -> Vec<String> {
 
 /// One parameter of a species, as its schema describes it.
 pub struct Parameter {
-    /// Its path, with dots.
+    /// Its path, with dots; `[]` stands for each table of a list.
     pub key: String,
     /// Its unit; empty without one.
     pub unit: String,
@@ -66,7 +66,7 @@ pub fn parameters<S: JsonSchema + Serialize + Default>() -> Vec<Parameter> {
 fn collect(path: &str, schema: &Value, default: &Value, found: &mut Vec<Parameter>) {
     for (key, inner) in schema["properties"].as_object().into_iter().flatten() {
         let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-        let default = &default[key];
+        let default = if default[key].is_null() { &inner["default"] } else { &default[key] };
         if inner["properties"].is_object() {
             collect(&path, inner, default, found);
             continue;
@@ -84,7 +84,10 @@ fn collect(path: &str, schema: &Value, default: &Value, found: &mut Vec<Paramete
         };
         let said = |name: &str| inner.get(name).map(text).unwrap_or_default();
         let (unit, effect) = (said("x-unit"), said("description").replace('\n', " "));
-        found.push(Parameter { key: path, unit, range, default: text(default), effect });
+        found.push(Parameter { key: path.clone(), unit, range, default: text(default), effect });
+        if inner["items"]["properties"].is_object() {
+            collect(&format!("{path}[]"), &inner["items"], &Value::Null, found);
+        }
     }
 }
 
@@ -93,6 +96,7 @@ pub fn text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Null => "–".to_owned(),
+        Value::Array(items) if items.iter().any(Value::is_object) => format!("{} tables", items.len()),
         Value::Array(items) => items.iter().map(text).collect::<Vec<_>>().join(" "),
         other => {
             let text = other.to_string();
@@ -120,7 +124,7 @@ pub fn parameter_rows(parameters: &[Parameter], does: &str) -> String {
 pub fn species_columns(parameters: &[Parameter], all: &[(String, Value)]) -> String {
     let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
     let mut out = format!("| parameter | {} |\n|---|{}\n", names.join(" | "), "---|".repeat(names.len()));
-    for p in parameters.iter().filter(|p| p.key != "title") {
+    for p in parameters.iter().filter(|p| p.key != "title" && !p.key.contains("[]")) {
         let row: Vec<String> = all.iter().map(|(_, species)| value_at(species, &p.key)).collect();
         // As above.
         let _ = writeln!(out, "| `{}` | {} |", p.key, row.join(" | "));

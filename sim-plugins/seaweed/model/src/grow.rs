@@ -234,7 +234,7 @@ impl<'a> Growing<'a> {
 }
 
 /// A piece of tissue of a length [m] at a share of its branch's length.
-fn piece(tissue: &Tissue, length: f64, up: f64) -> Segment {
+pub(crate) fn piece(tissue: &Tissue, length: f64, up: f64) -> Segment {
     let rigidity = tissue.rigidity * (1.0 + (tissue.tip_rigidity - 1.0) * up);
     let stiffness = rigidity / length;
     let (mass, added) = (tissue.mass * length, tissue.added_mass * length);

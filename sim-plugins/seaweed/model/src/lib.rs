@@ -12,8 +12,9 @@
 //!   paper; [`bare`]: the least that they can cost.
 //! - [`water`]: what is taken from the sea; [`levels`], [`reef_flow::view`]: what is left out of it.
 //! - [`bed`]: all plants, stepped together, eight plants a vector, in packs.
-//! - [`species`], [`grow`]: from a table of parameters to a skeleton; [`config`], [`sow`]: where plants
-//!   stand, and how individuals differ; [`mesh`], [`looks`]: what they look like.
+//! - [`species`], [`grow`]: from a table of parameters to a skeleton; [`modelled`]: from a modelling program's
+//!   file to one, with its mesh; [`config`], [`sow`]: where plants
+//!   stand, and how individuals differ; [`mesh`], [`looks`], [`paint`]: what they look like.
 //! - [`plugin`]: configuration in, streams out.
 //!
 //! # What differs from the paper
@@ -38,6 +39,8 @@ mod lanes;
 pub mod levels;
 pub mod looks;
 pub mod mesh;
+pub mod modelled;
+pub mod paint;
 pub mod plugin;
 pub mod reference;
 pub mod skeleton;

@@ -20,6 +20,8 @@ pub(crate) struct Palette {
     stem: [f32; 3],
     /// Of a blade's root over the base's.
     root: [f32; 3],
+    /// From young (0) to old (1).
+    ripe: f32,
 }
 
 fn mixed(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
@@ -34,42 +36,63 @@ impl Palette {
         let (stem, root) = (rgb(&look.stem), rgb(&look.base));
         let base: [f32; 3] = core::array::from_fn(|i| stem[i].max(root[i]).max(1e-3));
         let over = |color: [f32; 3]| core::array::from_fn(|i| color[i] / base[i]);
-        let tip = mixed(rgb(&look.tip), PALE, 0.35 * ripe(species, age));
-        Self { base, tip, stem: over(stem), root: over(root) }
+        let ripe = age as f32 / (AGES - 1) as f32 * species.variation.age as f32;
+        let tip = mixed(rgb(&look.tip), PALE, 0.35 * ripe);
+        Self { base, tip, stem: over(stem), root: over(root), ripe }
+    }
+
+    /// From young (0) to old (1).
+    pub(crate) fn ripe(&self) -> f64 {
+        f64::from(self.ripe)
+    }
+
+    /// The colour of a blade at a share of its length, overgrown by a share, linear.
+    pub(crate) fn blade(&self, v: f64, overgrown: f64) -> [f32; 3] {
+        let t = ((v as f32 - TIP) / (1.0 - TIP)).clamp(0.0, 1.0);
+        let color = mixed(self.base, self.tip, t * t * (3.0 - 2.0 * t));
+        mixed(color, OVERGROWN, overgrown as f32)
     }
 
     /// The colour of a vertex, sRGB: `stem` is how much it is a stem (1) or a blade (0), `shade` how much
     /// light it throws back.
     pub(crate) fn vertex(&self, stem: f64, shade: f64) -> u32 {
-        let color = mixed(self.root, self.stem, stem as f32).map(|x| byte(f64::from(x) * shade));
-        u32::from_le_bytes([color[0], color[1], color[2], 0xff])
+        self.tinted(stem, [shade; 3])
+    }
+
+    /// The same for a vertex that has a colour of its own, linear.
+    pub(crate) fn tinted(&self, stem: f64, own: [f64; 3]) -> u32 {
+        let color = mixed(self.root, self.stem, stem as f32);
+        let [r, g, b] = core::array::from_fn(|i| byte(f64::from(color[i]) * own[i]));
+        u32::from_le_bytes([r, g, b, 0xff])
     }
 }
 
-/// From young (0) to old (1).
-fn ripe(species: &Species, age: usize) -> f32 {
-    age as f32 / (AGES - 1) as f32 * species.variation.age as f32
-}
+/// Share of a blade's length from which on it takes its tip's colour.
+const TIP: f32 = 0.25;
+/// What a blade that is wide mirrors: a soft gleam along it, no spot.
+const GLEAM: f32 = 0.004;
+/// How wide the gleam is.
+const SOFT: f32 = 0.55;
 
-/// The material of a species at an age.
-pub(crate) fn material(species: &Species, age: usize) -> Material {
+/// The material of a species at an age; `texture` is that of its picture, 0 where it has none.
+pub(crate) fn material(species: &Species, age: usize, texture: u32) -> Material {
     let palette = Palette::new(species, age);
     let with = |[r, g, b]: [f32; 3], last: f32| [r, g, b, last];
-    let ripe = ripe(species, age);
-    // Narrow blades have no room for blotches.
-    let blotched = species.stem.tissue.width.max(species.blades.tissue.width) > 0.03;
+    let painted = texture != 0;
+    let blotched = !painted && species.stem.tissue.width.max(species.blades.tissue.width) > 0.03;
     Material {
         base: with(palette.base, 1.0),
-        tip: with(palette.tip, 0.25),
-        accent: with(mixed(palette.base, OVERGROWN, 0.6), 0.15 + 0.3 * ripe),
+        tip: with(palette.tip, TIP),
+        accent: with(mixed(palette.base, OVERGROWN, 0.6), 0.15 + 0.3 * palette.ripe),
         pattern: if blotched { abi::PATTERN_BLOTCHES } else { abi::PATTERN_NONE },
         pattern_scale: 22.0,
         pattern_softness: 0.9,
+        texture,
         translucency: species.look.translucency as f32,
         wrap: 0.5,
         rim: 0.3,
-        roughness: 1.0,
-        specular: 0.0003,
+        roughness: if painted { SOFT } else { 1.0 },
+        specular: if painted { GLEAM } else { 0.0003 },
         ..Material::default()
     }
 }

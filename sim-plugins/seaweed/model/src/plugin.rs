@@ -10,7 +10,8 @@ use crate::{
     debug::{self, Shown},
     levels::{Levels, Method},
     looks::{self, Dress},
-    mesh::Stock,
+    mesh::{AGES, Stock},
+    paint,
     sow::{Floor, Footing, Garden, Plan},
 };
 
@@ -22,6 +23,7 @@ pub struct Seaweeds {
     stand: Option<Stand>,
     /// What the elements name: they live as long as the plants do.
     _meshes: Vec<Mesh>,
+    _pictures: Vec<Texture>,
     /// What they are made of, for an instance that is made beside this one.
     _stocks: Vec<Held<Stock>>,
     /// Species by species, age by age.
@@ -244,21 +246,43 @@ impl Plugin for Seaweeds {
     }
 
     fn create(host: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
-        let plan = Plan::new(scene, &config)?;
+        let plan = Plan::new(scene, &config, &|name| Ok(host.asset(name)?))?;
         let (mut meshes, mut wears, mut materials) = (Vec::new(), Vec::new(), Vec::new());
-        let mut stocks = Vec::new();
+        let (mut stocks, mut pictures) = (Vec::new(), Vec::new());
         for (name, sort) in plan.sorts() {
-            let stock = Stock::of(&sort.species, &sort.kind.skeleton, &sort.limbs);
-            for (age, shape) in stock.shapes().iter().enumerate() {
-                let mesh = shape.upload(host, &format!("{name} {age}"))?;
-                wears.push(Wear { mesh: mesh.id(), material: materials.len() as u32 });
-                materials.push(looks::material(&sort.species, age));
-                meshes.push(mesh);
+            let stock = Stock::of(&sort.species, &sort.kind.skeleton, &sort.form);
+            let mut mesh = 0;
+            for age in 0..AGES {
+                if let Some(shape) = stock.shapes().get(age) {
+                    let torn = stock.torn() && (age == AGES - 1 || stock.shapes().len() == 1);
+                    let own = shape.upload(host, &format!("{name} {age}"), torn)?;
+                    mesh = own.id();
+                    meshes.push(own);
+                }
+                let mut texture = 0;
+                if let Some(texels) = stock.pictures().get(age) {
+                    let own =
+                        host.texture(&format!("{name} {age}"), TextureFormat::Srgb, paint::SIZE, texels)?;
+                    texture = own.id();
+                    pictures.push(own);
+                }
+                wears.push(Wear { mesh, material: materials.len() as u32 });
+                materials.push(looks::material(&sort.species, age, texture));
             }
             stocks.push(stock);
         }
         let (poses, flows) = (Vec::new(), Vec::new());
-        Ok(Self { plan, stand: None, _meshes: meshes, _stocks: stocks, wears, materials, poses, flows })
+        Ok(Self {
+            plan,
+            stand: None,
+            _meshes: meshes,
+            _pictures: pictures,
+            _stocks: stocks,
+            wears,
+            materials,
+            poses,
+            flows,
+        })
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {

@@ -18,7 +18,9 @@ use reef_sdk::{ConfigError, Heightfield, SceneInfo, abi::Obstacle, ranges};
 use crate::{
     bed::{Kind, Plant, ground_at},
     config::{BedTable, Config, MOST_JOINTS, MOST_PLANTS, On, Single},
-    grow::{self, Limb},
+    grow::{self, Limb, MOST_GROWN},
+    modelled::{Model, Unmodelled},
+    skeleton::Skeleton,
     species::Species,
 };
 
@@ -68,8 +70,20 @@ fn place_hash([i, j]: [i64; 2]) -> u64 {
 pub(crate) struct Sort {
     pub(crate) species: Species,
     pub(crate) kind: Kind,
-    pub(crate) limbs: Vec<Limb>,
+    pub(crate) form: Form,
 }
+
+/// What a mesh is made around.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Form {
+    /// Limbs that grow from the table.
+    Grown(Vec<Limb>),
+    /// A mesh from a file.
+    Modelled(Box<Model>),
+}
+
+/// Gives the bytes of a file of the module's own, by its name.
+pub type Read<'a> = dyn Fn(&str) -> Result<Vec<u8>, ConfigError> + 'a;
 
 /// A checked configuration.
 #[derive(Clone, Debug)]
@@ -123,13 +137,13 @@ impl Plan {
     /// # Errors
     /// A number out of its range, a species that is unknown or wrong, too many plants or segments: with the
     /// place.
-    pub fn new(scene: &SceneInfo, config: &Config) -> Result<Self, ConfigError> {
+    pub fn new(scene: &SceneInfo, config: &Config, files: &Read<'_>) -> Result<Self, ConfigError> {
         ranges::check(config)?;
         let mut sorts: BTreeMap<String, Sort> = BTreeMap::new();
         let mut count = Count::default();
         for (i, single) in config.plants.iter().enumerate() {
             let path = format!("plants[{i}]");
-            let sort = read(scene, &single.species, &format!("{path}.species"), &mut sorts)?;
+            let sort = read(scene, &single.species, &format!("{path}.species"), files, &mut sorts)?;
             count.add(1, sort.kind.skeleton.len() as u64, &path)?;
         }
         for (i, bed) in config.beds.iter().enumerate() {
@@ -137,7 +151,7 @@ impl Plan {
             check_bed(bed, &path)?;
             let mut longest = 0;
             for (k, name) in bed.species.iter().enumerate() {
-                let sort = read(scene, name, &format!("{path}.species[{k}]"), &mut sorts)?;
+                let sort = read(scene, name, &format!("{path}.species[{k}]"), files, &mut sorts)?;
                 longest = longest.max(sort.kind.skeleton.len() as u64);
             }
             let [columns, rows] = Lattice::of(bed).places;
@@ -434,6 +448,7 @@ fn read<'a>(
     scene: &SceneInfo,
     name: &str,
     path: &str,
+    files: &Read<'_>,
     sorts: &'a mut BTreeMap<String, Sort>,
 ) -> Result<&'a Sort, ConfigError> {
     if !sorts.contains_key(name) {
@@ -442,16 +457,41 @@ fn read<'a>(
         ranges::check(&species).map_err(|error| error.within(&inside))?;
         let at = |key: &str, problem: String| ConfigError::new(format!("{inside}.{key}"), problem);
         species.check().map_err(|(key, problem)| at(key, problem))?;
-        let (skeleton, limbs) = grow::grow(&species).map_err(|error| match error.segment {
-            None => at(error.key, error.problem),
-            // No key of the table is wrong by itself: what they make together is.
-            Some(number) => {
-                let problem = format!("grows segment {number} whose {} {}", error.key, error.problem);
-                ConfigError::new(inside.clone(), problem)
+        let (skeleton, form) = match species.skeleton.as_str() {
+            "" => {
+                let (skeleton, limbs) = grow::grow(&species).map_err(|error| match error.segment {
+                    None => at(error.key, error.problem),
+                    // No key of the table is wrong by itself: what they make together is.
+                    Some(number) => {
+                        let problem = format!("grows segment {number} whose {} {}", error.key, error.problem);
+                        ConfigError::new(inside.clone(), problem)
+                    }
+                })?;
+                (skeleton, Form::Grown(limbs))
             }
-        })?;
+            file => model(&species, &files(file)?, &at)?,
+        };
         let kind = Kind::new(skeleton, species.motion.lag, species.motion.disturbance);
-        sorts.insert(name.to_owned(), Sort { species, kind, limbs });
+        sorts.insert(name.to_owned(), Sort { species, kind, form });
     }
     sorts.get(name).ok_or_else(|| ConfigError::new(path, format!("unknown species `{name}`")))
+}
+
+/// A plant from the bytes of a file. `at`: an error at a key of its table.
+fn model(
+    species: &Species,
+    bytes: &[u8],
+    at: &dyn Fn(&str, String) -> ConfigError,
+) -> Result<(Skeleton, Form), ConfigError> {
+    let (model, segments) = Model::read(bytes, species).map_err(|error| match error {
+        Unmodelled::File(fault) => at("skeleton", format!("{}: {fault}", species.skeleton)),
+        Unmodelled::Table(key, problem) => at(&key, problem),
+    })?;
+    if segments.len() as u64 > MOST_GROWN {
+        let problem = format!("makes {} segments; at most {MOST_GROWN} are allowed", segments.len());
+        return Err(at("skeleton", format!("{}: {problem}", species.skeleton)));
+    }
+    let skeleton =
+        Skeleton::new(&segments).map_err(|error| at("skeleton", format!("{}: {error}", species.skeleton)))?;
+    Ok((skeleton, Form::Modelled(Box::new(model))))
 }

@@ -15,6 +15,15 @@ pub struct Species {
     /// Name for people.
     #[schemars(length(max = 200))]
     pub title: String,
+    /// A plant that was modelled by hand: a binary glTF 2.0 file (.glb) in `modules/reef.seaweed` of the assets, from
+    /// which joints come, and a skinned mesh where there is one. Empty: the plant grows from this table. With it,
+    /// `stem.tissue` is what joints are of that no table in `joints` names, and what shapes the rest of a stem,
+    /// forks and blades does nothing.
+    #[schemars(length(max = 200))]
+    pub skeleton: String,
+    /// What the joints of a modelled plant are of, by their names and depths: the first that names a joint counts.
+    #[schemars(length(max = 64))]
+    pub joints: Vec<JointTable>,
     /// What stands in the ground: a blade, a stipe, ribbons.
     pub stem: Stem,
     /// Forks at the end of the stem, and of their own ends.
@@ -75,6 +84,29 @@ impl Default for Tissue {
             added_mass: 1.0,
             lift: 0.5,
         }
+    }
+}
+
+/// What some joints of a modelled plant are of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct JointTable {
+    /// Names of joints in the file; `*` stands for any text.
+    #[schemars(length(max = 100))]
+    pub name: String,
+    /// Least and greatest depth: joints from the root's, which is 0, to theirs.
+    #[schemars(inner(range(min = 0, max = 255)))]
+    pub depth: [u32; 2],
+    /// What a metre of them is: mass, stiffness, drag, lift.
+    pub tissue: Tissue,
+    /// Lift of a gas bladder at the base of each.
+    #[schemars(range(min = 0.0, max = 100.0), extend("x-unit" = "N"))]
+    pub bladder: f64,
+}
+
+impl Default for JointTable {
+    fn default() -> Self {
+        Self { name: "*".into(), depth: [0, 255], tissue: Tissue::default(), bladder: 0.0 }
     }
 }
 
@@ -316,6 +348,14 @@ impl Species {
             if linear_rgb(color).is_none() {
                 return Err((key, format!("must be a colour like \"#6B7A2A\", is {color:?}")));
             }
+        }
+        let modelled = !self.skeleton.is_empty();
+        if modelled && (self.forks.times > 0 || self.blades.count > 0) {
+            let key = if self.forks.times > 0 { "forks.times" } else { "blades.count" };
+            return Err((key, "must be 0 where `skeleton` names a file, which has all branches".into()));
+        }
+        if !modelled && !self.joints.is_empty() {
+            return Err(("joints", "are those of a file, which `skeleton` must name".into()));
         }
         Ok(())
     }

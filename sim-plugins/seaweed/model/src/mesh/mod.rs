@@ -8,7 +8,7 @@
 mod sheet;
 mod spine;
 mod stock;
-mod stray;
+pub(crate) mod stray;
 mod tube;
 
 use glam::{DQuat, DVec3};
@@ -21,10 +21,12 @@ use reef_sdk::{
 use crate::{
     grow::{Limb, Part},
     looks::Palette,
+    modelled::FLAT,
     skeleton::Skeleton,
     species::Species,
 };
-use spine::{BONES, Spine, Spot};
+pub(crate) use spine::BONES;
+use spine::{Spine, Spot};
 pub(crate) use stock::Stock;
 
 /// Meshes of a species, from young plants to old ones.
@@ -79,11 +81,12 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Hands it to the host.
+    /// Hands it to the host. `torn`: its picture has holes.
     ///
     /// # Errors
     /// The host refuses it.
-    pub fn upload(&self, host: &Host, name: &str) -> Result<Mesh, MeshError> {
+    pub fn upload(&self, host: &Host, name: &str, torn: bool) -> Result<Mesh, MeshError> {
+        let cut = if torn { abi::MESH_CUT_OUT } else { 0 };
         host.mesh(&MeshDesc {
             name,
             vertices: &self.vertices,
@@ -93,7 +96,7 @@ impl Shape {
             influences: BONES as u32,
             joints: &self.joints,
             weights: &self.weights,
-            flags: abi::MESH_TWO_SIDED | abi::MESH_DUAL,
+            flags: abi::MESH_TWO_SIDED | abi::MESH_DUAL | cut,
         })
     }
 }
@@ -101,12 +104,7 @@ impl Shape {
 /// The mesh of a species at an age, 0 young to [`AGES`] − 1 old.
 pub fn shape(species: &Species, skeleton: &Skeleton, limbs: &[Limb], age: usize) -> Shape {
     let rest = skeleton.rest();
-    let joint = |(origin, turn): &(DVec3, DQuat)| abi::Joint {
-        rotation: turn.normalize().as_quat().normalize().to_array(),
-        translation: origin.as_vec3().to_array(),
-        scale: 1.0,
-    };
-    let shape = Shape { rest: rest.iter().map(joint).collect(), ..Shape::default() };
+    let shape = Shape { rest: rest_joints(&rest), ..Shape::default() };
     let mut draft = Draft {
         species,
         skeleton,
@@ -124,6 +122,16 @@ pub fn shape(species: &Species, skeleton: &Skeleton, limbs: &[Limb], age: usize)
         draft.level(fine);
     }
     draft.shape
+}
+
+/// Joints where segments stand at rest.
+pub(crate) fn rest_joints(rest: &[(DVec3, DQuat)]) -> Vec<abi::Joint> {
+    let joint = |(origin, turn): &(DVec3, DQuat)| abi::Joint {
+        rotation: turn.normalize().as_quat().normalize().to_array(),
+        translation: origin.as_vec3().to_array(),
+        scale: 1.0,
+    };
+    rest.iter().map(joint).collect()
 }
 
 /// Where each limb begins and ends on the way from the root (0) to the tips (1) of what forks.
@@ -215,7 +223,7 @@ impl Draft<'_> {
         let spine = Spine::new(self.skeleton, &self.rest, limb, limb.part == Part::Fork);
         let mut random = Random::new(self.seed, number as u64);
         let from = self.bladders(limb, &spine, width);
-        if tissue.width <= 2.2 * tissue.thickness {
+        if tissue.width <= FLAT * tissue.thickness {
             self.stipe(number, &spine, 0.5 * width);
             if limb.part == Part::Blade && self.species.look.teeth > 0 {
                 self.comb(&spine, &mut random);

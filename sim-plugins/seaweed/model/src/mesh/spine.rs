@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use crate::{grow::Limb, skeleton::Skeleton};
 
 /// Joints that move a vertex.
-pub(super) const BONES: usize = 4;
+pub(crate) const BONES: usize = 4;
 
 /// One segment at rest.
 #[derive(Clone, Copy, Debug)]

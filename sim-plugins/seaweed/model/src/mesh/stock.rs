@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use reef_sdk::{Held, Kept};
 
 use super::{AGES, Shape, shape};
-use crate::{grow::Limb, skeleton::Skeleton, species::Species};
+use crate::{modelled, paint, skeleton::Skeleton, sow::Form, species::Species};
 
 /// What somebody has.
 static KNOWN: Kept<Stock> = Kept::new();
@@ -15,20 +15,38 @@ static KNOWN: Kept<Stock> = Kept::new();
 #[derive(Debug)]
 pub(crate) struct Stock {
     species: Species,
-    shapes: [Shape; AGES],
+    form: Form,
+    shapes: Vec<Shape>,
+    /// Age by age; none where blades are too narrow for one.
+    pictures: Vec<Vec<u8>>,
 }
 
 impl Stock {
-    pub(crate) fn of(species: &Species, skeleton: &Skeleton, limbs: &[Limb]) -> Held<Self> {
+    pub(crate) fn of(species: &Species, skeleton: &Skeleton, form: &Form) -> Held<Self> {
         let grow = || {
-            let shapes = core::array::from_fn(|age| shape(species, skeleton, limbs, age));
-            Ok::<_, Infallible>(Self { species: species.clone(), shapes })
+            let shapes = match form {
+                Form::Grown(limbs) => (0..AGES).map(|age| shape(species, skeleton, limbs, age)).collect(),
+                Form::Modelled(model) => vec![modelled::shape(model, species, skeleton)],
+            };
+            let ages = if paint::is_painted(species) { AGES } else { 0 };
+            let pictures = (0..ages).map(|age| paint::paint(species, age)).collect();
+            Ok::<_, Infallible>(Self { species: species.clone(), form: form.clone(), shapes, pictures })
         };
-        let Ok(stock) = KNOWN.get(|stock| stock.species == *species, grow);
+        let Ok(stock) = KNOWN.get(|stock| stock.species == *species && stock.form == *form, grow);
         stock
     }
 
-    /// Age by age.
+    /// Texels of the blades, [`paint::SIZE`], age by age; empty where they are too narrow for any.
+    pub(crate) fn pictures(&self) -> &[Vec<u8>] {
+        &self.pictures
+    }
+
+    /// Whether some picture has holes.
+    pub(crate) fn torn(&self) -> bool {
+        self.pictures.iter().flat_map(|picture| picture.chunks_exact(4)).any(|texel| texel[3] == 0)
+    }
+
+    /// Age by age; a single one is that of all ages.
     pub(crate) fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
@@ -43,9 +61,10 @@ mod tests {
     fn shapes_are_shared_while_somebody_has_them_and_then_gone() {
         let species = Species { title: "of this test alone".into(), ..Species::default() };
         let (skeleton, limbs) = grow(&species).unwrap();
+        let form = Form::Grown(limbs);
         let count = || KNOWN.count(|stock| stock.species == species);
-        let one = Stock::of(&species, &skeleton, &limbs);
-        let two = Stock::of(&species, &skeleton, &limbs);
+        let one = Stock::of(&species, &skeleton, &form);
+        let two = Stock::of(&species, &skeleton, &form);
         assert_eq!((one.shapes().len(), one.shapes().as_ptr()), (AGES, two.shapes().as_ptr()));
         drop(one);
         assert_eq!((two.shapes().len(), count()), (AGES, 1));

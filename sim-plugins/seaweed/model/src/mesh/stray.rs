@@ -62,7 +62,7 @@ fn farthest_of(from: &[[Vec3; 3]], to: &[[Vec3; 3]], mut worst: f32) -> f32 {
 
 /// Farthest that a level is from the finest, and the finest from it [m]: limb by limb, and where a limb is
 /// left out, from all that is there.
-pub(super) fn farthest(shape: &Shape, finest: &[[usize; 3]], own: &[[usize; 3]]) -> f64 {
+pub(crate) fn farthest(shape: &Shape, finest: &[[usize; 3]], own: &[[usize; 3]]) -> f64 {
     let all: Vec<[Vec3; 3]> = own.iter().flat_map(|piece| triangles(shape, *piece)).collect();
     let worst = finest.iter().zip(own).fold(0.0, |worst, (fine, coarse)| {
         let (fine, coarse) = (triangles(shape, *fine), triangles(shape, *coarse));

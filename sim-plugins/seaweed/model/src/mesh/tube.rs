@@ -16,6 +16,9 @@ const SLENDER: f64 = 2.2;
 /// Of a bladder's wall [m]: light shines through.
 const WALL: f64 = 0.002;
 
+/// Where on a blade's picture what is round has its colours: beside midrib and edges.
+const ROUND: f64 = 0.3;
+
 /// A row of a tube: where, its way up, radius, and the radius's slope along the way up.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
@@ -96,7 +99,7 @@ impl Draft<'_> {
                 let out = x * cos + z * sin;
                 let tissue = Tissue {
                     normal: (out - spot.up * ring.slope).normalize_or(out),
-                    uv: [share, ring.v],
+                    uv: [ROUND, ring.v],
                     thickness,
                     color: self.palette.vertex(stem, 0.9),
                 };

@@ -7,7 +7,7 @@ use reef_flow::{
     waves::{Train, WindSea},
 };
 use reef_sdk::{
-    Workers,
+    ConfigError, Workers,
     abi::{self, Camera, Flow, Wave},
 };
 use reef_seaweed_model::{
@@ -58,6 +58,13 @@ pub fn bush() -> Skeleton {
 /// Good segments as a skeleton.
 pub fn skeleton(segments: &[Segment]) -> Skeleton {
     Skeleton::new(segments).expect("good segments")
+}
+
+/// The module's own files, as the host gives them.
+pub fn files(name: &str) -> Result<Vec<u8>, ConfigError> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/modules/reef.seaweed");
+    std::fs::read(std::path::Path::new(folder).join(name))
+        .map_err(|error| ConfigError::new("", error.to_string()))
 }
 
 /// A species of a skeleton.

@@ -9,6 +9,7 @@ mod draw;
 mod equations;
 mod flows;
 mod levels;
+mod modelled;
 mod motion;
 mod sow;
 mod species_table;

@@ -8,7 +8,10 @@ use reef_seaweed_model::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::species_table::{names, species_value};
+use crate::{
+    common::files,
+    species_table::{names, species_value},
+};
 
 fn scene(seed: u64) -> SceneInfo {
     let mut species: Map<String, Value> =
@@ -20,7 +23,7 @@ fn scene(seed: u64) -> SceneInfo {
 
 fn plan(seed: u64, config: Value) -> Result<Plan, ConfigError> {
     let config: Config = serde_json::from_value(config).expect("a configuration");
-    Plan::new(&scene(seed), &config)
+    Plan::new(&scene(seed), &config, &files)
 }
 
 fn refusal(config: Value) -> String {
@@ -181,7 +184,7 @@ fn wrong_species_are_refused_with_their_key() {
         let mut scene = scene(1);
         scene.species.insert("odd".into(), species);
         let config = serde_json::from_value(json!({"plants": [{"species": "odd"}]})).unwrap();
-        Plan::new(&scene, &config).unwrap_err().to_string()
+        Plan::new(&scene, &config, &files).unwrap_err().to_string()
     };
     let text = with(json!({"stem": {"tissue": {"rigidity": -1.0}}}));
     assert_eq!(
@@ -196,6 +199,25 @@ fn wrong_species_are_refused_with_their_key() {
     assert_eq!(text, "species.odd.stem.segments: must be at most 256, is 10000000");
     let text = with(json!({"stem": {"segments": 256, "count": 64}}));
     assert_eq!(text, "species.odd.stem.segments: makes 16384 with all branches; at most 256 are allowed");
+    let text = with(json!({"skeleton": "gone.glb"}));
+    assert!(text.contains("No such file"), "{text}");
+    let text = with(json!({"skeleton": "sea-palm.glb", "blades": {"count": 3}}));
+    assert_eq!(
+        text,
+        "species.odd.blades.count: must be 0 where `skeleton` names a file, which has all branches"
+    );
+    let text = with(json!({"joints": [{"name": "leaf*"}]}));
+    assert_eq!(text, "species.odd.joints: are those of a file, which `skeleton` must name");
+    let text = with(json!({"skeleton": "sea-palm.glb", "joints": [{"tissue": {"mass": -1.0}}]}));
+    assert_eq!(text, "species.odd.joints[0].tissue.mass: must be at least 0.00001, is -1");
+    let scene = {
+        let mut scene = scene(1);
+        scene.species.insert("odd".into(), json!({"skeleton": "broken.glb"}));
+        scene
+    };
+    let config = serde_json::from_value(json!({"plants": [{"species": "odd"}]})).unwrap();
+    let text = Plan::new(&scene, &config, &|_| Ok(b"<html>".to_vec())).unwrap_err().to_string();
+    assert!(text.starts_with("species.odd.skeleton: broken.glb: is no binary glTF"), "{text}");
     // Each number is within its range, but not the segment that they make.
     let text = with(json!({"stem": {
         "length": 80.0, "segments": 1, "tissue": {"rigidity": 1e-7, "tip_rigidity": 1e-4},
