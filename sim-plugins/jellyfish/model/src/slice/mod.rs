@@ -25,8 +25,13 @@ use solve::System;
 pub const LONGEST_STEP: f64 = 0.02;
 /// Greatest speed of a point, in grid widths a second: no force makes it leave its water in a step.
 const FASTEST: f64 = 10.0;
-/// Share of a cell's water that a point sets in motion, for the implicit springs.
-const SHARE_OF_CELL: f64 = 0.6;
+/// Cells whose water a point sets in motion, for the implicit springs, at the least and at the most; and the share
+/// of k dt² of a spring of the bell that this mass is in between. Implicit springs give way by as much as k dt²
+/// outweighs the mass: so they give way alike in near and far steps, and the bell keeps its shape in both.
+const CELLS_OF_POINT: [f64; 2] = [0.6, 2.4];
+const GIVE: f64 = 1.0 / 18.0;
+/// Longest that a spring gets, over its length at rest: what would draw it out further slips along it.
+const LONGEST_SPRING: f64 = 1.95;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
 pub const LEAST_ROOM: f64 = 2.5;
 /// Bend of the bell's joints for an aim at right angles, and the most of it [rad]: more turns it no faster.
@@ -275,7 +280,10 @@ impl<T: Real> Slice<T> {
             *velocity = DVec2::from(self.water.velocity(point.to_array()));
         }
         let grid = self.water.grid();
-        let mass = SHARE_OF_CELL * grid.density * grid.cell * grid.cell;
+        let cell = grid.density * grid.cell * grid.cell;
+        let stiffness = self.network.springs.first().map_or(0.0, |spring| spring.stiffness);
+        let [least, most] = CELLS_OF_POINT.map(|cells| cells * cell);
+        let mass = (GIVE * stiffness * dt * dt).clamp(least, most);
         self.system.begin(mass);
         let pose = Pose { network: &self.network, gait: self.gait, phase: self.phase, push: self.build.push };
         pose.forces(&self.points, &mut Implicit { system: &mut self.system, velocity: &self.velocity, dt });
@@ -309,8 +317,21 @@ impl<T: Real> Slice<T> {
             let way = way(*point + 0.5 * way(*point)).clamp_length_max(FASTEST * width * dt);
             *point = (*point + way).clamp(DVec2::ZERO, DVec2::splat(width));
         }
+        self.hold();
         // The apex stands for both of its pair.
         self.points[1] = self.points[0];
+    }
+
+    /// Draws in what is farther from the apex than springs let it be, from the apex outward.
+    fn hold(&mut self) {
+        for spring in &self.network.springs {
+            let [inner, outer] = spring.ends;
+            let way = self.points[outer] - self.points[inner];
+            let longest = LONGEST_SPRING * spring.rest;
+            if way.length_squared() > longest * longest {
+                self.points[outer] = self.points[inner] + way.clamp_length_max(longest);
+            }
+        }
     }
 
     fn move_window(&mut self) {

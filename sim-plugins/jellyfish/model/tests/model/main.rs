@@ -1,6 +1,7 @@
 //! The model against its paper and closed forms.
 
 mod bloom;
+mod levels;
 mod library;
 mod sea;
 mod slice;
