@@ -387,6 +387,8 @@ typedef struct reef_event {
 #define REEF_STEP_TRIAL 256u  /* on the side, before a swap: outputs are checked and thrown away */
 #define REEF_STEP_TRACE 512u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
 #define REEF_STEP_DEBUG 1024u /* emit debug lines */
+#define REEF_STEP_UNSEEN 2048u/* nobody looks at this step: what only shows may stay out of the streams. Where objects are, flow, actors,
+                                 what is asked for, and the state after the step are those of a step that is seen */
 typedef struct reef_step {
   uint32_t size;
   uint32_t flags;                      /* REEF_STEP_* */
