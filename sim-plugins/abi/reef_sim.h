@@ -60,7 +60,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0xd5e7f03ff1468764ull
+#define REEF_HEADER_HASH 0xdadd2e63e10e6251ull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)
@@ -387,6 +387,8 @@ typedef struct reef_event {
 #define REEF_STEP_TRIAL 256u  /* on the side, before a swap: outputs are checked and thrown away */
 #define REEF_STEP_TRACE 512u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
 #define REEF_STEP_DEBUG 1024u /* emit debug lines */
+#define REEF_STEP_UNSEEN 2048u /* nobody looks at this step: what only shows may stay out of the streams. Where objects are, flow, actors,
+                                 what is asked for, and the state after the step are those of a step that is seen */
 typedef struct reef_step {
   uint32_t size;
   uint32_t flags;                      /* REEF_STEP_* */

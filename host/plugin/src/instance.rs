@@ -81,6 +81,11 @@ impl Payload {
         self.bytes.capacity()
     }
 
+    /// Memory for a state that is not there yet.
+    pub(crate) fn in_memory(bytes: Vec<u8>) -> Self {
+        Self { state_version: 0, bytes }
+    }
+
     /// Its memory, for another one.
     pub fn into_memory(self) -> Vec<u8> {
         self.bytes

@@ -62,4 +62,4 @@ pub use instance::{Instance, Payload, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};
 pub use services::Figure;
-pub use together::{Turn, step_together};
+pub use together::{Saving, Turn, save_together, step_together};

@@ -1,4 +1,4 @@
-//! All modules of a sea in one step, at the same time: each library's on the control thread of its generation,
+//! All modules of a sea in one step, or while their states are saved, at the same time: each library's on the control thread of its generation,
 //! those of one library after each other. Nobody reads what another emits in this step, so the bytes are those
 //! of one after the other.
 
@@ -7,8 +7,9 @@ use std::slice::ChunkByMut;
 use reef_abi as abi;
 
 use super::{
+    error::PluginError,
     input::StepInput,
-    instance::{Instance, StepReport},
+    instance::{Instance, Payload, StepReport},
 };
 
 /// One module's step.
@@ -33,33 +34,88 @@ impl<'a> Turn<'a> {
     ) -> Self {
         Self { instance, input, events, module, report: None }
     }
+}
+
+/// One module's state to be saved.
+#[derive(Debug)]
+pub struct Saving<'a> {
+    instance: &'a mut Instance,
+    module: usize,
+    /// The memory for it; once [`save_together`] has returned, the state.
+    pub state: Result<Payload, PluginError>,
+}
+
+impl<'a> Saving<'a> {
+    /// A state to be written into this memory.
+    pub fn new(module: usize, instance: &'a mut Instance, memory: Vec<u8>) -> Self {
+        Self { instance, module, state: Ok(Payload::in_memory(memory)) }
+    }
+}
+
+/// What is done with a module's instance.
+trait Task: Send {
+    fn module(&self) -> usize;
+    fn instance(&self) -> &Instance;
+    fn take(&mut self);
+
+    /// The number of the instance's generation; 0: its library is closed.
+    fn generation(&self) -> u64 {
+        self.instance().plugin().library().generation().map_or(0, |generation| generation.number())
+    }
+}
+
+impl Task for Turn<'_> {
+    fn module(&self) -> usize {
+        self.module
+    }
+
+    fn instance(&self) -> &Instance {
+        self.instance
+    }
 
     fn take(&mut self) {
         self.report = Some(self.instance.step(&self.input, self.events));
     }
+}
 
-    /// The number of the instance's generation; 0: its library is closed.
-    fn generation(&self) -> u64 {
-        self.instance.plugin().library().generation().map_or(0, |generation| generation.number())
+impl Task for Saving<'_> {
+    fn module(&self) -> usize {
+        self.module
+    }
+
+    fn instance(&self) -> &Instance {
+        self.instance
+    }
+
+    fn take(&mut self) {
+        let memory = std::mem::replace(&mut self.state, Ok(Payload::default()));
+        self.state = self.instance.save_payload(memory.map_or_else(|_| Vec::new(), Payload::into_memory));
     }
 }
 
 /// Makes all steps. The turns are in the order of their modules again when this returns.
 pub fn step_together(turns: &mut [Turn<'_>]) {
-    if let [one] = turns {
-        return one.take();
-    }
-    turns.sort_unstable_by_key(|turn| (turn.generation(), turn.module));
-    one_beside_the_others(turns.chunk_by_mut(|a, b| a.generation() == b.generation()));
-    turns.sort_unstable_by_key(|turn| turn.module);
+    together(turns);
 }
 
-fn one_beside_the_others<'t, 'a>(
-    mut groups: ChunkByMut<'t, Turn<'a>, impl FnMut(&Turn<'a>, &Turn<'a>) -> bool>,
-) {
+/// Saves all states. They are in the order of their modules again when this returns.
+pub fn save_together(savings: &mut [Saving<'_>]) {
+    together(savings);
+}
+
+fn together<T: Task>(tasks: &mut [T]) {
+    if let [one] = tasks {
+        return one.take();
+    }
+    tasks.sort_unstable_by_key(|task| (task.generation(), task.module()));
+    one_beside_the_others(tasks.chunk_by_mut(|a, b| a.generation() == b.generation()));
+    tasks.sort_unstable_by_key(Task::module);
+}
+
+fn one_beside_the_others<T: Task>(mut groups: ChunkByMut<'_, T, impl FnMut(&T, &T) -> bool>) {
     let Some(group) = groups.next() else { return };
-    let library = group.first().map(|turn| turn.instance.plugin().library().clone());
-    let mut task = || group.iter_mut().for_each(Turn::take);
+    let library = group.first().map(|task| task.instance().plugin().library().clone());
+    let mut task = || group.iter_mut().for_each(Task::take);
     match library.as_ref().and_then(|library| library.generation()) {
         Some(generation) => generation.run_beside(&mut task, || one_beside_the_others(groups)),
         None => {

@@ -109,6 +109,9 @@ pub const STEP_TRIAL: u32 = 256;
 pub const STEP_TRACE: u32 = 512;
 /// emit debug lines
 pub const STEP_DEBUG: u32 = 1024;
+/// nobody looks at this step: what only shows may stay out of the streams. Where objects are, flow, actors,
+/// what is asked for, and the state after the step are those of a step that is seen
+pub const STEP_UNSEEN: u32 = 2048;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]

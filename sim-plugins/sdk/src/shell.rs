@@ -24,8 +24,8 @@ pub(crate) struct Shell<T> {
     pub(crate) config: Vec<u8>,
     /// The value that the last load replaced, for the next one, and how many steps it is kept for.
     pub(crate) spare: Option<(T, u32)>,
-    /// Bytes of the last state that was saved.
-    pub(crate) saved: usize,
+    /// Where states are written; its memory stays from one to the next.
+    pub(crate) saved: StateWriter,
     /// The message of a panic that left the plugin's value in an unknown state.
     pub(crate) broken: Option<String>,
 }
@@ -73,7 +73,7 @@ impl<T: Plugin> Shell<T> {
             host,
             config,
             spare: None,
-            saved: 0,
+            saved: StateWriter::new(),
             broken: None,
         })
     }
@@ -123,15 +123,14 @@ impl<T: Plugin> Shell<T> {
         Ok(result?)
     }
 
-    pub(crate) fn save(&mut self) -> Result<Vec<u8>, Failed> {
-        let mut writer = StateWriter::with_room(self.saved.max(4096));
+    pub(crate) fn save(&mut self) -> Result<&[u8], Failed> {
+        let writer = &mut self.saved;
+        writer.begin();
         let (ids, values): (Vec<u32>, Vec<f64>) = self.params.iter().unzip();
         writer.put(PARAM_IDS, &ids);
         writer.put(PARAM_VALUES, &values);
-        self.plugin.save(&mut writer);
-        let bytes = writer.finish().map_err(|message| Failed(abi::ERROR, message))?;
-        self.saved = bytes.len();
-        Ok(bytes)
+        self.plugin.save(writer);
+        writer.finished().map_err(|message| Failed(abi::ERROR, message))
     }
 
     /// Another instance of the same configuration, with the saved state in it.
@@ -155,7 +154,7 @@ impl<T: Plugin> Shell<T> {
                 host: self.host,
                 config: self.config.clone(),
                 spare: None,
-                saved: self.saved,
+                saved: std::mem::take(&mut self.saved),
                 broken: None,
             },
             None => Self::new(self.host, self.config.clone())?,

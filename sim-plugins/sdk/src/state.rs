@@ -20,13 +20,13 @@ mod sealed {
 }
 
 /// A number that a state can hold.
-pub trait Scalar: Copy + Sized + sealed::Sealed {
+pub trait Scalar: bytemuck::Pod + sealed::Sealed {
     /// Number of the type in the file.
     #[doc(hidden)]
     const TYPE: u32;
-    /// Appends the values, little-endian.
+    /// Makes the values little-endian.
     #[doc(hidden)]
-    fn write(values: &[Self], out: &mut Vec<u8>);
+    fn write(values: &mut [Self]);
     /// One value out of exactly `size_of::<Self>()` bytes.
     #[doc(hidden)]
     fn read(bytes: &[u8]) -> Self;
@@ -38,11 +38,9 @@ macro_rules! scalars {
         impl Scalar for $name {
             const TYPE: u32 = $type;
 
-            fn write(values: &[Self], out: &mut Vec<u8>) {
-                if cfg!(target_endian = "little") {
-                    out.extend_from_slice(bytemuck::cast_slice(values));
-                } else {
-                    values.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
+            fn write(values: &mut [Self]) {
+                if cfg!(target_endian = "big") {
+                    values.iter_mut().for_each(|value| *value = Self::from_ne_bytes(value.to_le_bytes()));
                 }
             }
 
@@ -69,7 +67,9 @@ fn size_of_type(kind: u32) -> Option<usize> {
 /// Where [`crate::Plugin::save`] writes.
 #[derive(Debug)]
 pub struct StateWriter {
-    bytes: Vec<u8>,
+    /// Whole fields, in words of 8 bytes. Behind `used` lies what an earlier state left.
+    words: Vec<u64>,
+    used: usize,
     tags: Vec<u64>,
     duplicate: Option<String>,
 }
@@ -83,31 +83,48 @@ impl Default for StateWriter {
 impl StateWriter {
     /// A state without fields. A plugin's own tests write with it what an older version of it wrote.
     pub fn new() -> Self {
-        Self::with_room(4096)
+        Self { words: vec![0; HEADER / 8], used: HEADER / 8, tags: Vec::new(), duplicate: None }
     }
 
-    /// The same, with memory for so many bytes.
-    pub(crate) fn with_room(room: usize) -> Self {
-        let mut bytes = Vec::with_capacity(room);
-        bytes.extend_from_slice(&MAGIC.to_le_bytes());
-        bytes.extend_from_slice(&[0; HEADER - 8]);
-        Self { bytes, tags: Vec::new(), duplicate: None }
+    /// A state without fields again; the memory stays.
+    pub(crate) fn begin(&mut self) {
+        self.used = HEADER / 8;
+        self.tags.clear();
+        self.duplicate = None;
     }
 
     /// Writes a field of many values. Each name may be used once.
     pub fn put<T: Scalar>(&mut self, name: &str, values: &[T]) {
+        self.fill(name, values.len(), |into| into.copy_from_slice(values));
+    }
+
+    /// Writes a field of `count` values which `fill` puts in their places: a model need not gather them
+    /// elsewhere first. It sets all of them; what is in their places before has no meaning.
+    pub fn fill<T: Scalar>(&mut self, name: &str, count: usize, fill: impl FnOnce(&mut [T])) {
         let tag = fnv1a_64(name.as_bytes());
         if self.tags.contains(&tag) {
             self.duplicate.get_or_insert_with(|| name.to_owned());
             return;
         }
         self.tags.push(tag);
-        self.bytes.extend_from_slice(&tag.to_le_bytes());
-        self.bytes.extend_from_slice(&T::TYPE.to_le_bytes());
-        self.bytes.extend_from_slice(&[0; 4]);
-        self.bytes.extend_from_slice(&(values.len() as u64).to_le_bytes());
-        T::write(values, &mut self.bytes);
-        self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
+        let first = self.used + FIELD_HEADER / 8;
+        let length = count * size_of::<T>();
+        self.used = first + length.div_ceil(8);
+        if self.words.len() < self.used {
+            self.words.resize(self.used, 0);
+        }
+        let header = [tag, u64::from(T::TYPE), count as u64];
+        for (word, value) in self.words[first - header.len()..].iter_mut().zip(header) {
+            *word = value.to_le();
+        }
+        // What fills the last word up is zero.
+        if let Some(last) = self.words[first..self.used].last_mut() {
+            *last = 0;
+        }
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.words[first..self.used]);
+        let values: &mut [T] = bytemuck::cast_slice_mut(&mut bytes[..length]);
+        fill(values);
+        T::write(values);
     }
 
     /// Writes a field of one value.
@@ -117,11 +134,17 @@ impl StateWriter {
 
     /// The bytes; says which field was written twice.
     pub fn finish(mut self) -> Result<Vec<u8>, String> {
-        if let Some(name) = self.duplicate {
+        self.finished().map(<[u8]>::to_vec)
+    }
+
+    /// As [`StateWriter::finish`]; the memory stays.
+    pub(crate) fn finished(&mut self) -> Result<&[u8], String> {
+        if let Some(name) = &self.duplicate {
             return Err(format!("the state has two fields named `{name}` (or of the same hash)"));
         }
-        self.bytes[8..12].copy_from_slice(&(self.tags.len() as u32).to_le_bytes());
-        Ok(self.bytes)
+        self.words[0] = MAGIC.to_le();
+        self.words[1] = (self.tags.len() as u64).to_le();
+        Ok(bytemuck::cast_slice(&self.words[..self.used]))
     }
 }
 
@@ -258,6 +281,20 @@ mod tests {
         assert_eq!(angles.map(f32::to_bits), [1.5_f32, -0.0, f32::MAX].map(f32::to_bits));
         assert!(reader.get::<f64>("nothing").unwrap().is_empty());
         assert_eq!(reader.get_one_or("later", 7_u32).unwrap(), 7);
+    }
+
+    #[test]
+    fn memory_of_an_earlier_state_leaves_no_trace() {
+        let mut writer = StateWriter::new();
+        writer.put("all", &[u64::MAX; 40]);
+        writer.put("all", &[0_u8]);
+        assert!(writer.finished().is_err());
+        writer.begin();
+        writer.put("angles", &[1.5_f32, -0.0, f32::MAX]);
+        writer.put_one("step", u64::MAX);
+        writer.put::<f64>("nothing", &[]);
+        writer.fill("letters", 5, |into| into.copy_from_slice(b"reef!"));
+        assert_eq!(writer.finished().unwrap(), saved());
     }
 
     #[test]

@@ -159,6 +159,12 @@ impl<'a> StepInput<'a> {
         self.raw.flags & abi::STEP_DEBUG != 0
     }
 
+    /// Nobody looks at this step: fibres, meshes and sprites may be left out. Where objects are, flow, actors,
+    /// what is asked for, and the state are those of a step that is seen.
+    pub fn is_unseen(&self) -> bool {
+        self.raw.flags & abi::STEP_UNSEEN != 0
+    }
+
     /// The scene's camera, with its nominal viewport.
     pub fn camera(&self) -> &'a abi::Camera {
         self.camera

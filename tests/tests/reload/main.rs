@@ -81,6 +81,11 @@ const SCENE: &str = "[scene]\nname = \"Reload\"\n\n[modules.growing]\nuse = \"fi
 
 impl Place {
     fn new(build: &[u8], scene: &str) -> Self {
+        Self::remembering(build, scene, 0)
+    }
+
+    /// One that remembers this much of its past [bytes].
+    fn remembering(build: &[u8], scene: &str, history: usize) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let library = folder.path().join("plugins").join(library_name());
         fs::create_dir(folder.path().join("plugins")).expect("a folder for plugins");
@@ -92,7 +97,7 @@ impl Place {
         let assets = workspace().join("assets");
         let scene =
             scene::load(&folder.path().join("scene.toml"), &assets, &registry).expect("a sound scene");
-        let options = Options { remember: Some(20), ..Options::default() };
+        let options = Options { remember: Some(20), history, ..Options::default() };
         let world = World::new(scene, &registry, &options).expect("a sea");
         let setup = Setup {
             plugins: registry,

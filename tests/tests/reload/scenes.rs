@@ -107,3 +107,30 @@ fn a_bad_edit_keeps_the_old_scene_and_names_file_line_and_column() {
     let news = edit(&mut place, &scene("height = 1.0", "height = 3.0"));
     assert!(news.contains("carried on: first") && news.contains("second"), "{news}");
 }
+
+#[test]
+fn what_is_remembered_begins_anew_with_an_edit_and_with_a_build() {
+    let first = scene("height = 1.0", "height = 2.0");
+    let mut place = Place::remembering(&builds(""), &first, 1 << 20);
+    let mut since = 100;
+    // Growth of the builds [m a step].
+    for growth in [0.001, 0.002] {
+        place.world.step_to(since, |_| ());
+        assert!(place.world.memory().from.is_some_and(|from| from < 60), "{:?}", place.world.memory());
+        if growth == 0.001 {
+            edit(&mut place, &scene("height = 1.0", "height = 5.0"));
+        } else {
+            place.rename_into_place(&builds("v2"));
+            place.until(1, 0);
+        }
+        let memory = place.world.memory();
+        assert!(memory.from.is_none_or(|from| from > since), "nothing of before: {memory:?}");
+        // Before it there is only the sea as it is now, from its start.
+        place.world.go_to(50).expect("all modules run");
+        place.world.step_to(50, |_| ());
+        let wanted = [1.0, 5.0].map(|height| height + 50.0 * growth);
+        let found = heights(&place.world);
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}, {wanted:?}");
+        since = 200;
+    }
+}

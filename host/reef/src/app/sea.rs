@@ -204,6 +204,7 @@ impl Sea {
     /// Real time passes [s].
     pub fn advance(&mut self, seconds: f64) {
         let Self { timeline, chain, chains, .. } = self;
+        timeline.whole = chain.is_some();
         if !self.held || timeline.way().is_some() {
             timeline.advance_with(seconds, |world| add((chain, chains), world));
         }

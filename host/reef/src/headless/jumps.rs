@@ -40,10 +40,7 @@ pub fn visit(world: &mut World, times: &[f64], plain: bool) -> Result<Vec<Moment
         let began = Instant::now();
         world.go_to(step).map_err(failed)?;
         let bar = say::progress(step - world.clock().step, "steps", plain);
-        while world.clock().step < step {
-            world.step();
-            bar.inc(1);
-        }
+        world.step_to(step, |_| bar.inc(1));
         bar.finish_and_clear();
         let milliseconds = began.elapsed().as_secs_f64() * 1e3;
         let hash = hex(&Chain::default().add(world).map_err(failed)?);

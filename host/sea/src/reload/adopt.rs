@@ -143,7 +143,7 @@ impl World {
         let Edition { seed, environment, trains, camera, water, places, scene, .. } = edition;
         let mut old: Vec<Option<Member>> = std::mem::take(&mut self.members).into_iter().map(Some).collect();
         let names: Vec<&str> = scene.modules.iter().map(|module| module.name.as_str()).collect();
-        let mut exchange = Exchange::new(ModuleTag::all(&names).into());
+        let exchange = Exchange::new(ModuleTag::all(&names).into());
         let (mut carried, mut anew, mut heard) = (Vec::new(), Vec::new(), Vec::new());
         let mut wanted = Vec::new();
         for (at, (place, module)) in places.into_iter().zip(&scene.modules).enumerate() {
@@ -153,8 +153,7 @@ impl World {
             };
             let member = match (goes_on, place) {
                 (Some((former, mut member)), _) => {
-                    exchange.said[at] = std::mem::take(&mut self.exchange.said[former]);
-                    heard.push((at, exchange.said[at].clone()));
+                    heard.push((at, std::mem::take(&mut self.exchange.said[former])));
                     carried.push(module.name.clone());
                     wanted.extend(member.changed_params(&module.params).map(|change| (at, change)));
                     member.go_on(&module.params);
@@ -179,11 +178,7 @@ impl World {
         self.settle(seed, Arc::new(environment), trains, camera, water, raw_water, exchange);
         self.journal = Journal::new(&scene.name, seed, self.clock.dt, self.clock.step);
         self.scene = Arc::new(scene);
-        self.look_again();
-        // What was said in the last step counts, not what looking says.
-        for (at, said) in heard {
-            self.exchange.said[at] = said;
-        }
+        self.look_after(heard, World::look_again);
         for (at, (id, value)) in wanted {
             let member = &self.members[at];
             let param = member.instance.info().params.iter().find(|param| param.id == id);

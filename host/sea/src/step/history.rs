@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use reef_plugin::{Health, Payload, PluginError};
+use reef_plugin::{Health, Payload, PluginError, Saving, save_together};
 
 use super::{
     exchange::{Listed, Said},
@@ -14,7 +14,7 @@ use super::{
 };
 
 /// Steps between two states, where memory and time allow.
-pub const EVERY: u64 = 16;
+pub const EVERY: u64 = 8;
 /// Time that remembering may take, in the mean of all steps [s]: where a state takes longer to save, states
 /// are farther from each other. What a jump ends with does not depend on where it begins.
 const COST: f64 = 1e-4;
@@ -61,6 +61,8 @@ pub(crate) struct History {
     used: usize,
     /// Time that one state has taken, about [s].
     cost: f64,
+    /// Size of the last one [bytes].
+    size: usize,
     /// The step of the last state that was added: where none has room, it is not tried in each step.
     tried: Option<u64>,
     /// Memory of states that were forgotten.
@@ -106,12 +108,20 @@ impl History {
     /// Whether the state after this step is wanted.
     fn wants(&self, step: u64) -> bool {
         let next = self.past.partition_point(|past| past.step < step);
-        let every = ((self.cost / COST).ceil() as u64).clamp(EVERY, FARTHEST);
+        let every = self.every();
         let is_far = |tried: u64| !self.past.is_empty() || step.abs_diff(tried) >= every;
         self.most > 0
             && self.tried.is_none_or(is_far)
             && self.past.get(next).is_none_or(|next| next.step - step >= every)
             && next.checked_sub(1).is_none_or(|last| step - self.past[last].step >= every)
+    }
+
+    /// How far states are from each other now: as many as the memory holds, and time allows, in the minute in
+    /// which they are dense.
+    fn every(&self) -> u64 {
+        let for_time = (self.cost / COST).ceil() as u64;
+        let for_room = (DENSE * self.size as u64).div_ceil(self.most.max(1) as u64);
+        for_time.max(for_room).clamp(EVERY, FARTHEST)
     }
 
     /// One more state has taken this long [s].
@@ -122,6 +132,7 @@ impl History {
 
     fn add(&mut self, past: Past) {
         self.tried = Some(past.step);
+        self.size = past.size;
         self.used += past.size;
         self.past.insert(self.past.partition_point(|other| other.step < past.step), past);
         while self.used > self.most
@@ -159,8 +170,9 @@ impl World {
     }
 
     /// Brings the sea to the last state before `step` that is remembered, or to its start, or leaves it where
-    /// it is when that is nearer: the steps to `step` itself are then made as ever. Nothing is lost: what
-    /// came from outside comes again, each in its step, until something else comes.
+    /// it is when that is nearer: the steps to `step` itself are then to be made ([`World::step_to`]); the
+    /// frame is that of before until the first of them. Nothing is lost: what came from outside comes again,
+    /// each in its step, until something else comes.
     ///
     /// # Errors
     /// A module that stands still; then nothing has changed. Or one that does not take its state back; then
@@ -194,6 +206,18 @@ impl World {
         taken.map(|_| ())
     }
 
+    /// Makes the steps from here to one that lies ahead; all but that one unseen.
+    pub fn step_to(&mut self, step: u64, mut look: impl FnMut(&mut Self)) {
+        while self.clock.step < step {
+            if self.clock.step + 1 < step {
+                self.step_unseen();
+            } else {
+                self.step();
+            }
+            look(self);
+        }
+    }
+
     /// What waits for the next step belongs to the present, and ends the future that is known.
     fn settle_pending(&mut self) {
         if self.pending.is_empty() {
@@ -215,11 +239,8 @@ impl World {
         self.clock.step = past.step;
         self.pokes.clone_from(&past.pokes);
         self.hand_camera = past.camera;
-        let said = past.said.clone();
-        self.exchange.said.clone_from(&said);
-        self.show_present();
-        // What was said in that step counts, not what looking at the state says.
-        self.exchange.said = said;
+        self.exchange.said.clone_from(&past.said);
+        self.forget_inputs();
         Ok(true)
     }
 
@@ -243,14 +264,20 @@ impl World {
         }
         let began = Instant::now();
         let mut spare = std::mem::take(&mut self.history.spare).into_iter();
-        let mut states = Vec::with_capacity(self.members.len());
-        for member in &mut self.members {
-            match member.instance.save_payload(spare.next().unwrap_or_default()) {
+        let mut memory = || spare.next().unwrap_or_default();
+        let members = self.members.iter_mut();
+        let mut savings: Vec<Saving<'_>> =
+            members.enumerate().map(|(at, m)| Saving::new(at, &mut m.instance, memory())).collect();
+        save_together(&mut savings);
+        let saved: Vec<_> = savings.into_iter().map(|saving| saving.state).collect();
+        let mut states = Vec::with_capacity(saved.len());
+        for (at, saved) in saved.into_iter().enumerate() {
+            match saved {
                 Ok(state) => states.push(state),
                 // Whoever saves the module for others to take over tells why; it is not asked again.
                 Err(error) => {
-                    let name = member.name.clone();
-                    member.unsavable = true;
+                    let name = self.members[at].name.clone();
+                    self.members[at].unsavable = true;
                     return self.tell(&name, format!("it does not give its state: {error}"));
                 }
             }
@@ -310,7 +337,8 @@ mod tests {
                 steps.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(u64::MAX)
             };
             let near = farthest(end.saturating_sub(3600), end);
-            assert!(near <= 4 * EVERY, "{end}: {near}");
+            // Half of the memory may be of what is older.
+            assert!(near <= 2 * history.every(), "{end}: {near}");
             // Further back a gap is a share of the age.
             let far = farthest(0, end.saturating_sub(3600));
             assert!(end == 3600 || far < end / 4, "{end}: {far}");
@@ -322,7 +350,7 @@ mod tests {
         let mut history = history(usize::MAX);
         walk(&mut history, 1..=100);
         let from = |step: u64| history.before(step).map(|past| past.step);
-        assert_eq!([1, 2, 17, 18, 100].map(from), [None, Some(1), Some(1), Some(17), Some(97)]);
+        assert_eq!([1, 2, 17, 18, 100].map(from), [None, Some(1), Some(9), Some(17), Some(97)]);
     }
 
     #[test]
@@ -333,7 +361,7 @@ mod tests {
         walk(&mut history, 20..=100);
         assert_eq!(history.past.len(), count);
         history.forget_from(49);
-        assert_eq!((history.past.last().map(|past| past.step), history.reached), (Some(33), 48));
+        assert_eq!((history.past.last().map(|past| past.step), history.reached), (Some(41), 48));
         assert_eq!(history.used, 1000 * history.past.len());
     }
 
@@ -344,6 +372,17 @@ mod tests {
             (0..60).for_each(|_| history.took(seconds));
             walk(&mut history, 1..=2000);
             assert!(history.past.windows(2).all(|pair| pair[1].step - pair[0].step == gap), "{seconds} s");
+        }
+    }
+
+    #[test]
+    fn states_are_as_dense_as_the_memory_holds_of_them_in_a_minute() {
+        for (states, gap) in [(1000, EVERY), (100, 36), (10, FARTHEST)] {
+            let mut history = history(1000 * states);
+            walk(&mut history, 1..=500);
+            let gaps = history.past.windows(2).map(|pair| pair[1].step - pair[0].step);
+            // The size of a state is known with the first.
+            assert!(gaps.clone().count() >= 8 && gaps.clone().all(|it| it == gap), "{states} states");
         }
     }
 
@@ -362,7 +401,7 @@ mod tests {
             tried += u64::from(history.wants(step));
             walk(&mut history, step..=step);
         }
-        assert_eq!((tried, history.past.len(), history.used), (160 / EVERY, 0, 0));
+        assert_eq!((tried, history.past.len(), history.used), (160_u64.div_ceil(history.every()), 0, 0));
     }
 
     #[test]

@@ -26,7 +26,7 @@ use thiserror::Error;
 use super::{
     camera::Camera,
     clock::Clock,
-    exchange::Exchange,
+    exchange::{Exchange, Said},
     ground::Ground,
     history::History,
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
@@ -509,10 +509,20 @@ impl World {
 
     /// One step.
     pub fn step(&mut self) {
+        self.step_with(0);
+    }
+
+    /// One step at which nobody looks: modules may leave out what only shows. The sea afterwards is that of
+    /// [`World::step`].
+    pub fn step_unseen(&mut self) {
+        self.step_with(abi::STEP_UNSEEN);
+    }
+
+    fn step_with(&mut self, flags: u32) {
         let began = Instant::now();
         self.clock.step += 1;
         self.take_inputs();
-        self.run(self.clock.dt);
+        self.run(self.clock.dt, flags);
         self.save_one();
         let stepped = Instant::now();
         self.remember();
@@ -579,21 +589,34 @@ impl World {
         }
     }
 
-    /// A loaded state is emitted as it is. Whoever would take over from a module begins anew, from its next
-    /// saved state.
-    pub(crate) fn show_present(&mut self) {
+    /// A state was loaded that a step follows. Whoever would take over from a module begins anew, from its
+    /// next saved state.
+    pub(crate) fn forget_inputs(&mut self) {
         for member in &mut self.members {
             member.events.clear();
             member.missed.clear();
         }
-        self.emit_present();
+        if let Some(recent) = &mut self.recent {
+            recent.forget();
+        }
+    }
+
+    /// Looks at the sea after these modules said this: that counts, not what they say while it looks.
+    pub(crate) fn look_after(&mut self, said: Vec<(usize, Said)>, look: impl FnOnce(&mut Self)) {
+        for (at, said) in &said {
+            self.exchange.said[*at].clone_from(said);
+        }
+        look(self);
+        for (at, said) in said {
+            self.exchange.said[at] = said;
+        }
     }
 
     fn emit_present(&mut self) {
         if let Some(recent) = &mut self.recent {
             recent.forget();
         }
-        self.run(0.0);
+        self.run(0.0, 0);
     }
 
     /// The still part of an edited scene, and what was said in it.
@@ -717,7 +740,8 @@ impl World {
     }
 
     /// Calls all modules with the same input, at the same time, then makes a frame of what they said.
-    fn run(&mut self, dt: f64) {
+    /// `asked`: flags of the step's input beside the sea's own.
+    fn run(&mut self, dt: f64, asked: u32) {
         let step = self.clock.step;
         let time = self.clock.time();
         let pose =
@@ -735,8 +759,9 @@ impl World {
         self.exchange.share(flow, attached);
         let ground = self.ground.clone();
         let heightfield = ground.heightfield();
-        let flags =
-            if self.trace { abi::STEP_TRACE } else { 0 } | if self.debug { abi::STEP_DEBUG } else { 0 };
+        let flags = asked
+            | if self.trace { abi::STEP_TRACE } else { 0 }
+            | if self.debug { abi::STEP_DEBUG } else { 0 };
         let exchange = &self.exchange;
         let mut turns: SmallVec<[Turn<'_>; FEW_MODULES]> = SmallVec::new();
         for (at, member) in self.members.iter_mut().enumerate() {

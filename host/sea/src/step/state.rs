@@ -186,9 +186,8 @@ impl World {
                         tracing::error!(module = member.name, "{error}");
                     }
                 }
-                let kept = std::mem::take(&mut self.exchange.said);
-                self.look();
-                self.exchange.said = kept;
+                let said = self.exchange.said.iter().cloned().enumerate().collect();
+                self.look_after(said, World::look);
             }
             return Err(StateError::Module { module: self.members[at].name.clone(), source });
         }
@@ -201,10 +200,7 @@ impl World {
         if std::mem::take(&mut self.relived) {
             self.replay.clear();
         }
-        self.exchange.said.clone_from(&said);
-        self.look();
-        // What was said in the saved step counts, not what looking at the state says.
-        self.exchange.said = said;
+        self.look_after(said.into_iter().enumerate().collect(), World::look);
         let digest = header.chain.as_deref().and_then(unhex);
         Ok(digest.map(|digest| Chain { digest }))
     }

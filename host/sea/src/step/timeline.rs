@@ -43,6 +43,8 @@ pub struct Timeline {
     /// Share of the wanted speed that was reached, while it is not all.
     behind: Option<f64>,
     way: Option<Way>,
+    /// Each step on a way emits all, for who looks at it; else only those do that a picture shows.
+    pub whole: bool,
 }
 
 /// What one picture shows.
@@ -69,6 +71,7 @@ impl Timeline {
             surplus: 0.0,
             behind: None,
             way: None,
+            whole: false,
         }
     }
 
@@ -95,7 +98,11 @@ impl Timeline {
 
     /// Stays where the way has led so far.
     pub fn stop(&mut self) {
-        self.way = None;
+        // A state that was loaded shows with the step that follows it.
+        if self.way.take().is_some() && self.world.frame().step != self.world.clock().step {
+            self.world.step();
+            self.jump();
+        }
     }
 
     /// Times real time.
@@ -155,8 +162,15 @@ impl Timeline {
     /// Steps toward another moment for as long as a picture waits.
     fn walk(&mut self, way: Way, wait: Duration, mut look: impl FnMut(&mut World)) -> u32 {
         let (began, mut steps) = (Instant::now(), 0);
-        while self.world.clock().step < way.to && (steps == 0 || began.elapsed() < wait) {
-            self.world.step();
+        let mut shown = false;
+        while self.world.clock().step < way.to && !shown {
+            // The picture shows the last of these steps.
+            shown = self.world.clock().step + 1 == way.to || began.elapsed() >= wait;
+            if shown || self.whole {
+                self.world.step();
+            } else {
+                self.world.step_unseen();
+            }
             look(&mut self.world);
             steps += 1;
         }

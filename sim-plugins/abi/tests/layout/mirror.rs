@@ -137,6 +137,7 @@ pub fn constants() -> Vec<(&'static str, u64)> {
         STEP_TRIAL,
         STEP_TRACE,
         STEP_DEBUG,
+        STEP_UNSEEN,
         MESH_DUAL,
         MESH_TWO_SIDED,
         MESH_CUT_OUT,

@@ -207,7 +207,7 @@ impl Plugin for Anemones {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        state.put(FIBRES, &self.bed.save());
+        state.fill(FIBRES, self.bed.state_len(), |into| self.bed.save_to(into));
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {

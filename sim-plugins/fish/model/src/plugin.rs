@@ -138,7 +138,7 @@ impl Plugin for Fish {
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
     const VENDOR: &'static str = "Reef";
     const DESCRIPTION: &'static str = "Fish of springs and muscles that swim, shoal, hunt and hide (Gritt 2010 after Tu and Terzopoulos 1994).";
-    const STATE_VERSION: u32 = 1;
+    const STATE_VERSION: u32 = 2;
     const STATE_MIN_VERSION: u32 = 1;
     const LOADS_OVER: bool = true;
     type Config = Config;

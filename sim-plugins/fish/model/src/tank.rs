@@ -101,6 +101,17 @@ impl Tank {
         }
     }
 
+    /// So many fish more, of the species' own size, all nodes in one place.
+    pub(crate) fn add(&mut self, more: usize) {
+        let count = self.swimmers.len() + more;
+        self.swimmers.resize(count, Swimmer::at(DVec3::ZERO));
+        self.positions.resize(count * self.plan.rest.len(), [0.0; 3]);
+        self.velocities.resize(count * self.plan.rest.len(), [0.0; 3]);
+        self.bounds.reserve(count / WIDTH + 2);
+        self.node_bounds.reserve(count / WIDTH + 2);
+        self.all.extend((count - more) as u32..count as u32);
+    }
+
     /// The species' body.
     pub fn plan(&self) -> &Plan {
         &self.plan

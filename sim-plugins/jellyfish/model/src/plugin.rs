@@ -174,10 +174,8 @@ impl Jellyfish {
             (output.reserve::<abi::DrawVertex>(vertices)?, output.reserve::<abi::FibreNode>(nodes)?);
         let level = Level::at_most(input.simd_level());
         bloom.write(level, input.workers(), input.time(), (into, &mut *strands));
-        draw::objects(bloom, output.reserve::<abi::Object>(bloom.len())?);
         let count = draw::draw_count(bloom, wears);
         draw::draws(bloom, wears, 1.0 - skin, output.reserve::<abi::MeshDraw>(count)?);
-        output.commit::<abi::Object>(bloom.len())?;
         output.commit::<abi::DrawVertex>(vertices)?;
         output.commit::<abi::MeshDraw>(count)?;
         if skin >= 0.5 {
@@ -257,10 +255,14 @@ impl Plugin for Jellyfish {
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
         self.swim(input);
-        self.draw(input, output)?;
+        if !input.is_unseen() {
+            self.draw(input, output)?;
+        }
+        let animals = self.bloom.len();
+        draw::objects(&self.bloom, output.reserve::<abi::Object>(animals)?);
+        output.commit::<abi::Object>(animals)?;
         let [plain, glowing] = &self.materials;
         output.emit(if input.param(id::GLOW) >= 0.5 { glowing } else { plain })?;
-        let animals = self.bloom.len();
         draw::actors(&self.bloom, &self.wears, output.reserve::<abi::Actor>(animals)?);
         output.commit::<abi::Actor>(animals)?;
         let jet = input.param(id::JET) as f32;
@@ -294,7 +296,7 @@ impl Plugin for Jellyfish {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        self.bloom.save().write(state);
+        self.bloom.save_to(state);
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {

@@ -230,10 +230,12 @@ impl Plugin for Particles {
         };
         let cloud = &mut self.cloud;
         let counts = cloud.advance(&around, &Self::levels(input));
-        let sprites = output.reserve::<abi::Billboard>(counts.sprites)?;
-        let trace = if around.trace { output.reserve::<abi::Trace>(counts.trace)? } else { &mut [] };
-        cloud.emit(&around, sprites, trace);
-        output.commit::<abi::Billboard>(counts.sprites)?;
+        if !input.is_unseen() || around.trace {
+            let sprites = output.reserve::<abi::Billboard>(counts.sprites)?;
+            let trace = if around.trace { output.reserve::<abi::Trace>(counts.trace)? } else { &mut [] };
+            cloud.emit(&around, sprites, trace);
+            output.commit::<abi::Billboard>(counts.sprites)?;
+        }
         let [orbits, trains] = cloud.work();
         let host = input.host();
         host.figure(ORBITS, orbits as f64);
@@ -253,7 +255,7 @@ impl Plugin for Particles {
     }
 
     fn save(&self, state: &mut StateWriter) {
-        self.cloud.save().write(state);
+        self.cloud.save_to(state);
     }
 
     fn load(&mut self, state: &mut StateReader) -> Result<(), StateError> {

@@ -309,12 +309,14 @@ impl Plugin for Seaweeds {
         let (plants, joints) = (bed.plants().len(), bed.plan_joints(whole));
         let objects = bed.object_count();
         bed.write_objects(around.workers, output.reserve::<abi::Object>(objects)?);
-        let room = (output.reserve::<abi::Skinned>(plants)?, output.reserve::<abi::Joint>(joints)?);
-        let drawing = Drawing { dresses: &stand.dresses, wears: &self.wears, whole };
-        bed.draw(around.level, around.workers, &drawing, room);
         output.commit::<abi::Object>(objects)?;
-        output.commit::<abi::Skinned>(plants)?;
-        output.commit::<abi::Joint>(joints)?;
+        if !input.is_unseen() {
+            let room = (output.reserve::<abi::Skinned>(plants)?, output.reserve::<abi::Joint>(joints)?);
+            let drawing = Drawing { dresses: &stand.dresses, wears: &self.wears, whole };
+            bed.draw(around.level, around.workers, &drawing, room);
+            output.commit::<abi::Skinned>(plants)?;
+            output.commit::<abi::Joint>(joints)?;
+        }
         output.emit(&self.materials)?;
         Self::scale_flows(&mut self.flows, bed, input);
         output.emit(&self.flows)?;

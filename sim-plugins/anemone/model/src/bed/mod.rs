@@ -449,18 +449,30 @@ impl Bed {
         }
     }
 
-    /// Every number that a later step depends on.
+    /// How many numbers a later step depends on.
+    pub fn state_len(&self) -> usize {
+        self.feet.iter().chain(&self.fibres).map(|batch| batch.chunk.state_len()).sum()
+    }
+
+    /// All of them.
     pub fn save(&self) -> Vec<f32> {
-        let mut state = Vec::new();
-        for batch in self.feet.iter().chain(&self.fibres) {
-            batch.chunk.save(&mut state);
-        }
+        let mut state = vec![0.0; self.state_len()];
+        self.save_to(&mut state);
         state
+    }
+
+    /// The same into a list of [`Self::state_len`] numbers.
+    pub fn save_to(&self, mut into: &mut [f32]) {
+        for batch in self.feet.iter().chain(&self.fibres) {
+            let (own, rest) = into.split_at_mut(batch.chunk.state_len());
+            batch.chunk.save(own);
+            into = rest;
+        }
     }
 
     /// Takes back what [`Self::save`] wrote; says what is wrong with it otherwise.
     pub fn load(&mut self, state: &[f32]) -> Result<(), String> {
-        let wanted: usize = self.feet.iter().chain(&self.fibres).map(|batch| batch.chunk.state_len()).sum();
+        let wanted = self.state_len();
         if state.len() != wanted {
             return Err(format!("holds {} numbers; these plants have {wanted}", state.len()));
         }

@@ -484,18 +484,24 @@ impl Chunk {
         (self.segments * 2 + 1) * self.count.next_multiple_of(SAVED)
     }
 
-    /// Appends every number that a later step depends on.
-    pub fn save(&self, into: &mut Vec<f32>) {
+    /// Writes every number that a later step depends on; `into` has room for just these.
+    pub fn save(&self, into: &mut [f32]) {
         let parts = self.count.div_ceil(SAVED);
+        let mut into = into.chunks_exact_mut(SAVED);
+        let mut put = |from: &[f32]| {
+            if let Some(into) = into.next() {
+                into.copy_from_slice(from);
+            }
+        };
         for row in self.poses.chunks_exact(self.groups).rev() {
             for part in 0..parts {
                 let (group, lanes) = saved_part(part);
-                row[group].bend.iter().for_each(|axis| into.extend_from_slice(&axis[lanes.clone()]));
+                row[group].bend.iter().for_each(|axis| put(&axis[lanes.clone()]));
             }
         }
         for part in 0..parts {
             let (group, lanes) = saved_part(part);
-            into.extend_from_slice(&self.roots[group].broken[lanes]);
+            put(&self.roots[group].broken[lanes]);
         }
     }
 

@@ -365,7 +365,7 @@ fn every_instruction_set_gives_the_same_bytes() {
             let bytes = |level| {
                 let mut chunk = chunk_of(&curled(), &roots, AREA, 0.2);
                 run(level, &mut chunk, flows, &constants, DT, 60);
-                let mut state = Vec::new();
+                let mut state = vec![0.0; chunk.state_len()];
                 chunk.save(&mut state);
                 state.extend((0..13).flat_map(|f| nodes(&chunk, f)).flat_map(|n| n.as_vec3().to_array()));
                 state.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
@@ -433,7 +433,7 @@ fn a_saved_chunk_goes_on_with_the_same_bytes() {
     let roots = vec![(DVec3::ZERO, leaning()); 11];
     let mut chunk = chunk_of(&curled(), &roots, AREA, 0.3);
     run(Level::best(), &mut chunk, flows, &StepConstants::default(), DT, 37);
-    let mut state = Vec::new();
+    let mut state = vec![0.0; chunk.state_len()];
     chunk.save(&mut state);
     let mut other = chunk_of(&curled(), &roots, AREA, 0.3);
     assert!(!other.load(&state[1..]), "a state of another length is refused");

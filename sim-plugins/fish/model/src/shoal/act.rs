@@ -6,7 +6,7 @@ use glam::{DVec3, Mat3, Vec3};
 use reef_sdk::{Chunks, Parts};
 
 use super::{
-    Fish, Kind, Shoal, Surroundings, Wish,
+    Body, Fish, Kind, Shoal, Surroundings, Wish,
     decide::{CAUGHT, CROWDED, FRIGHTENED, MATED},
     steer,
     turn::TURNING,
@@ -54,11 +54,10 @@ impl Shoal {
                 feel(fish, &kinds[number], wish, dt, [crowd, alone]);
                 fish.water = wish.water;
                 fish.called = fish.near || fish.position.distance(around.eye) < around.near;
-                if fish.called {
-                    called[0] = true;
-                } else {
+                if !fish.called {
                     glide(fish, wish, dt);
                 }
+                called[0] |= fish.called || fish.has_faded();
             }
         });
         self.change(around, dt);
@@ -79,6 +78,10 @@ impl Shoal {
                 let fish = &self.fish[number];
                 let (kind, slot) = (fish.kind as usize, fish.slot);
                 if !fish.called {
+                    if fish.has_faded() {
+                        self.pools[kind].give_back(fish.body);
+                        self.fish[number].body = Body::NONE;
+                    }
                     continue;
                 }
                 if !fish.near {
@@ -100,9 +103,9 @@ impl Shoal {
 
     /// The bodies of a kind ask their muscles.
     fn swim(&mut self, number: usize, around: &Surroundings<'_>, dt: f32) {
-        let Self { fish, kinds, grids, tanks, firsts, stepped, wishes, eights, .. } = self;
+        let Self { fish, kinds, grids, pools, firsts, stepped, orders, swimming, wishes, eights, .. } = self;
         let (kind, grid, tank, stepped) =
-            (&kinds[number], &grids[number], &mut tanks[number], &stepped[number]);
+            (&kinds[number], &grids[number], &mut pools[number].tank, &stepped[number]);
         if stepped.is_empty() {
             return;
         }
@@ -114,16 +117,25 @@ impl Shoal {
         eights.push(fish.len());
         let eights = &*eights;
         let of = |part: usize| stepped[part * WIDTH..stepped.len().min((part + 1) * WIDTH)].iter();
-        let split = (Parts::new(fish, eights), Parts::new(tank.swimmers_mut(), eights));
-        around.workers.for_each_part(split, |part, (fish, swimmers)| {
-            for slot in of(part) {
-                let at = *slot as usize - eights[part];
+        orders.clear();
+        orders.resize(stepped.len(), Order::default());
+        let split = (Parts::new(fish, eights), Chunks::new(orders, WIDTH));
+        around.workers.for_each_part(split, |part, (fish, orders)| {
+            for (slot, order) in of(part).zip(orders) {
+                let fish = &mut fish[*slot as usize - eights[part]];
                 let wish = &wishes[grid.place(*slot as usize)];
-                swimmers[at].water = wish.water.as_dvec3();
-                swimmers[at].drive = drive(&mut fish[at], kind, wish, dt);
+                *order = Order { water: wish.water, drive: drive(fish, kind, wish, dt) };
             }
         });
-        tank.step(stepped, around.dt, &kind.gait.stepping, around.level, around.workers);
+        swimming.clear();
+        for (slot, order) in stepped.iter().zip(orders) {
+            let Some(body) = fish[*slot as usize].body.number() else { continue };
+            swimming.push(body as u32);
+            let swimmer = &mut tank.swimmers_mut()[body];
+            (swimmer.water, swimmer.drive) = (order.water.as_dvec3(), order.drive);
+        }
+        swimming.sort_unstable();
+        tank.step(swimming, around.dt, &kind.gait.stepping, around.level, around.workers);
         let tank = &*tank;
         around.workers.for_each_part(Parts::new(fish, eights), |part, fish| {
             for slot in of(part) {
@@ -136,21 +148,23 @@ impl Shoal {
     fn embody(&mut self, number: usize) {
         let fish = &mut self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
-        let tank = &mut self.tanks[fish.kind as usize];
-        let slot = fish.slot as usize;
-        let nodes = kind.plan.body().nodes().len();
-        let offsets = &self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
+        let pool = &mut self.pools[fish.kind as usize];
+        if fish.body == Body::NONE {
+            fish.body = pool.take(fish.size);
+            pool.offsets_mut(fish.body).1.fill(Vec3::ZERO);
+        }
+        let Some(body) = fish.body.number() else { return };
         let pose = Pose::of(fish, &kind.gait);
         let beat = kind.gait.beat(f64::from(fish.speed) / fish.size) as f32;
         let next = Pose::later(fish, &kind.gait, PHASE);
         let carried = (fish.course * fish.speed + fish.water) / fish.size as f32;
-        let (positions, velocities) = tank.nodes_mut(slot);
+        let (positions, velocities, offsets) = pool.body_mut(body);
         for (node, ((x, v), offset)) in positions.iter_mut().zip(velocities).zip(offsets).enumerate() {
             let at = pose.node(node);
             *x = (at + pose.turned(*offset) * pose.fade).to_array();
             *v = (carried + (next.node(node) - at) * (beat / PHASE)).to_array();
         }
-        let swimmer = &mut tank.swimmers_mut()[slot];
+        let swimmer = &mut pool.tank.swimmers_mut()[body];
         (swimmer.origin, swimmer.phase) = (fish.position, fish.phase);
         fish.near = true;
     }
@@ -159,14 +173,12 @@ impl Shoal {
     fn disembody(&mut self, number: usize) {
         let fish = &mut self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
-        let tank = &self.tanks[fish.kind as usize];
-        let slot = fish.slot as usize;
-        let nodes = kind.plan.body().nodes().len();
-        let offsets = &mut self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
-        let swimmer = &tank.swimmers()[slot];
+        let Some(body) = fish.body.number() else { return };
+        let (tank, offsets) = self.pools[fish.kind as usize].offsets_mut(fish.body);
+        let swimmer = &tank.swimmers()[body];
         let pose = Pose::of(fish, &kind.gait);
         let origin = ((swimmer.origin - fish.position) / fish.size).as_vec3();
-        for (node, (offset, at)) in offsets.iter_mut().zip(tank.positions(slot)).enumerate() {
+        for (node, (offset, at)) in offsets.iter_mut().zip(tank.positions(body)).enumerate() {
             *offset = pose.turned_back(Vec3::from(*at) + origin - pose.node(node));
         }
         fish.near = false;
@@ -244,6 +256,21 @@ pub(super) fn left(dt: f32, time: f32) -> f32 {
     power as f32
 }
 
+impl Fish {
+    /// It holds a body, and needs none: it is a point, and moves by the gait alone.
+    fn has_faded(&self) -> bool {
+        !self.near && self.since >= BLEND && self.body != Body::NONE
+    }
+}
+
+/// What a body is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Order {
+    /// Velocity of the water around it [m/s].
+    water: Vec3,
+    drive: Drive,
+}
+
 /// Moves a point: its wish is what it does.
 fn glide(fish: &mut Fish, wish: &Wish, dt: f32) {
     (fish.course, fish.speed) = (wish.way, wish.speed);
@@ -283,14 +310,14 @@ fn drive(fish: &mut Fish, kind: &Kind, wish: &Wish, dt: f32) -> Drive {
 
 /// Takes a near fish's place, course and speed from its body; the beat is smoothed away.
 fn follow(fish: &mut Fish, kind: &Kind, tank: &Tank, dt: f32) {
-    let slot = fish.slot as usize;
-    let beat = tank.swimmers()[slot].drive.speed as f32;
-    fish.phase = tank.swimmers()[slot].phase;
-    let [forward, ..] = axes(&kind.plan, tank.positions(slot));
+    let Some(body) = fish.body.number() else { return };
+    let beat = tank.swimmers()[body].drive.speed as f32;
+    fish.phase = tank.swimmers()[body].phase;
+    let [forward, ..] = axes(&kind.plan, tank.positions(body));
     let share = 1.0 - left(dt, 0.5 / beat.max(1e-3));
     fish.course = (fish.course + (forward - fish.course) * share).normalize_or(forward);
-    fish.position = tank.center(slot);
-    let through: DVec3 = tank.velocity(slot) - fish.water.as_dvec3();
+    fish.position = tank.center(body);
+    let through: DVec3 = tank.velocity(body) - fish.water.as_dvec3();
     let speed = through.as_vec3().dot(fish.course);
     fish.speed += (speed - fish.speed) * share;
 }

@@ -16,6 +16,7 @@ mod habits;
 mod homes;
 mod kind;
 mod perceive;
+mod pool;
 mod poses;
 mod state;
 mod steer;
@@ -30,14 +31,14 @@ use reef_sdk::{
     abi::{Flow, Obstacle},
 };
 
-use crate::tank::{Swimmer, Tank};
-
+use act::Order;
 use decide::{Scene, Scratch, Wish};
 use grid::{Grid, Seen};
 use habits::Habits;
 pub use homes::Home;
 use homes::Register;
 pub use kind::Kind;
+use pool::{Body, Pool};
 pub use state::State;
 use steer::Whims;
 use turn::Pace;
@@ -79,6 +80,8 @@ pub struct Fish {
     pub kind: u32,
     /// Its number among those of its species.
     slot: u32,
+    /// While it is near, or its pose fades into the gait's.
+    body: Body,
     habitat: u32,
     /// A home that is given by hand [m, world].
     given: Option<DVec3>,
@@ -162,11 +165,12 @@ pub struct Shoal {
     habitats: Vec<Habitat>,
     fish: Vec<Fish>,
     /// The bodies of each kind.
-    tanks: Vec<Tank>,
-    /// What a far fish's nodes still are off its gait, at the species' size [m]; of each kind.
-    offsets: Vec<Vec<Vec3>>,
-    /// The fish of each kind whose bodies are stepped, by their slots.
+    pools: Vec<Pool>,
+    /// The fish of each kind whose bodies are stepped, by their slots, and what is asked of these.
     stepped: Vec<Vec<u32>>,
+    orders: Vec<Order>,
+    /// The bodies that are stepped, ascending.
+    swimming: Vec<u32>,
     /// Where the fish of each kind begin.
     firsts: Vec<u32>,
     /// What f32 places are relative to [m, world].
@@ -239,9 +243,10 @@ impl Shoal {
             eights: Vec::with_capacity(starts.len() / 8 + 2),
             habitats,
             fish: Vec::with_capacity(starts.len()),
-            tanks: Vec::new(),
-            offsets: Vec::new(),
+            pools: Vec::new(),
             stepped: Vec::new(),
+            orders: Vec::with_capacity(starts.len().min(pool::ROOM)),
+            swimming: Vec::with_capacity(starts.len().min(pool::ROOM)),
             firsts: Vec::new(),
             wishes: vec![Wish::default(); starts.len()],
             field: Field::new(),
@@ -257,7 +262,6 @@ impl Shoal {
         for (number, kind) in shoal.kinds.iter().enumerate() {
             let own: Vec<&&Start> = order.iter().filter(|start| start.kind as usize == number).collect();
             shoal.firsts.push(shoal.fish.len() as u32);
-            let swimmer = |start: &Start| Swimmer { size: start.size, ..Swimmer::at(start.position) };
             let sizes: f64 = own.iter().map(|start| start.size).sum();
             let usual = kind.length() * sizes / own.len().max(1) as f64;
             shoal.grids.push(Grid::new(own.len(), (usual * kind.cell()) as f32));
@@ -265,10 +269,7 @@ impl Shoal {
                 shoal.parts.push((number, first));
                 shoal.bounds.push(shoal.fish.len() + own.len().min(first + CHUNK));
             }
-            let headings: Vec<f64> = own.iter().map(|start| start.heading).collect();
-            let swimmers = own.iter().map(|start| swimmer(start)).collect();
-            shoal.tanks.push(Tank::new(kind.plan.clone(), swimmers, &headings));
-            shoal.offsets.push(vec![Vec3::ZERO; own.len() * kind.plan.body().nodes().len()]);
+            shoal.pools.push(Pool::new(kind.plan.clone(), own.len()));
             shoal.stepped.push(Vec::with_capacity(own.len()));
             shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, kind)));
         }
@@ -294,9 +295,8 @@ impl Shoal {
     pub fn bytes(&self) -> usize {
         let fish = size_of_val(&*self.fish) + size_of_val(&*self.wishes);
         let grids: usize = self.grids.iter().map(Grid::bytes).sum();
-        let bodies: usize = self.tanks.iter().map(Tank::bytes).sum();
-        let offsets: usize = self.offsets.iter().map(|offsets| size_of_val(&**offsets)).sum();
-        fish + grids + bodies + offsets
+        let bodies: usize = self.pools.iter().map(Pool::bytes).sum();
+        fish + grids + bodies
     }
 
     /// One step.
@@ -395,6 +395,7 @@ fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
     Fish {
         kind: start.kind,
         slot,
+        body: Body::NONE,
         habitat: start.habitat,
         given: start.home.filter(|_| kind.mind.home > 0.0),
         home: None,

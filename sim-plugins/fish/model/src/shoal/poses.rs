@@ -1,5 +1,7 @@
 //! Where the nodes of fish are, of bodies and points alike: for frames, lines and recordings.
 
+use std::iter;
+
 use glam::{DVec3, Vec3};
 use reef_sdk::abi::{DebugLine, Joint};
 
@@ -27,18 +29,17 @@ impl Shoal {
     fn pose(&self, number: usize, into: &mut [[f32; 3]]) -> DVec3 {
         let fish = &self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
-        let (tank, slot) = (&self.tanks[fish.kind as usize], fish.slot as usize);
-        if fish.near {
-            for (into, at) in into.iter_mut().zip(tank.positions(slot)) {
+        let pool = &self.pools[fish.kind as usize];
+        if let Some(body) = fish.body.number().filter(|_| fish.near) {
+            for (into, at) in into.iter_mut().zip(pool.tank.positions(body)) {
                 *into = *at;
             }
-            return tank.swimmers()[slot].origin;
+            return pool.tank.swimmers()[body].origin;
         }
-        let nodes = kind.plan.body().nodes().len();
-        let offsets = &self.offsets[fish.kind as usize][slot * nodes..(slot + 1) * nodes];
+        let offsets = pool.offsets(fish.body).iter().copied().chain(iter::repeat(Vec3::ZERO));
         let pose = Pose::of(fish, &kind.gait);
         for (node, (into, offset)) in into.iter_mut().zip(offsets).enumerate() {
-            let at = pose.node(node) + pose.turned(*offset) * pose.fade;
+            let at = pose.node(node) + pose.turned(offset) * pose.fade;
             *into = at.to_array();
         }
         fish.position

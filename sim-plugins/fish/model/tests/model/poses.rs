@@ -86,7 +86,7 @@ fn a_loaded_state_goes_on_as_if_nothing_had_happened() {
     let mut writer = StateWriter::new();
     one.save().write(&mut writer);
     let bytes = writer.finish().expect("a state");
-    let saved = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect("whole");
+    let saved = State::read(&mut StateReader::parse(2, &bytes).expect("a state")).expect("whole");
     let mut other = shoal(120, 4.0);
     other.load(&saved).expect("of the same fish");
     assert!(other.save() == one.save());
@@ -97,6 +97,68 @@ fn a_loaded_state_goes_on_as_if_nothing_had_happened() {
     one.load(&saved).expect("its own");
     go_on(&mut one, 300);
     assert!(other.save() == one.save());
+}
+
+/// A state as version 1 wrote it: a body for each fish, which had no meaning where it was not stepped.
+fn of_version_1(state: &State) -> Vec<u8> {
+    let (mut places, mut bodies) = (Vec::new(), Vec::new());
+    let (mut origins, mut numbers) = (state.origins.chunks(6), state.bodies.chunks(3));
+    let mut vector = || numbers.next().expect("a vector of a node").to_vec();
+    for (fish, near) in state.near.iter().enumerate() {
+        places.extend_from_slice(&state.places[3 * fish..3 * fish + 3]);
+        let origin = if *near == 1 { origins.next() } else { None };
+        places.extend_from_slice(origin.unwrap_or(&[0.5; 6]));
+        for _ in 0..state.nodes[fish] {
+            let idle = || vec![0.25; 3];
+            let (x, v) = if *near == 1 { (vector(), vector()) } else { (idle(), idle()) };
+            let offset = if *near == 2 { vector() } else { idle() };
+            bodies.extend([x, v, offset].concat());
+        }
+    }
+    let near: Vec<u8> = state.near.iter().map(|near| near % 2).collect();
+    let mut writer = StateWriter::new();
+    writer.put_one("time", state.time);
+    writer.put("nodes", &state.nodes);
+    writer.put("places", &places);
+    writer.put("minds", &state.minds);
+    writer.put("near", &near);
+    writer.put("bodies", &bodies);
+    writer.finish().expect("a state")
+}
+
+#[test]
+fn a_state_of_version_1_goes_on_as_it_would_have() {
+    let mut one = shoal(120, 4.0);
+    go_on(&mut one, 300);
+    let saved = one.save();
+    assert!((0..3).all(|is| saved.near.contains(&is)), "points, bodies and what fades");
+    let bytes = of_version_1(&saved);
+    let old = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect("whole");
+    let mut other = shoal(120, 4.0);
+    other.load(&old).expect("of the same fish");
+    go_on(&mut one, 100);
+    go_on(&mut other, 100);
+    assert!(other.save() == one.save());
+    let short = State { minds: saved.minds[1..].to_vec(), ..saved };
+    let bytes = of_version_1(&short);
+    let refused = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect_err("short");
+    assert!(refused.to_string().contains("`minds`"), "{refused}");
+}
+
+#[test]
+fn a_body_is_held_by_those_alone_that_need_one() {
+    let mut shoal = shoal(700, 12.0);
+    let points = shoal.bytes();
+    (0..40).for_each(|_| shoal.step(&around(1e9)));
+    let bodies = shoal.bytes();
+    assert!(bodies > points, "more bodies than there is room for from the start");
+    // As points they give them back, and others take these: the memory grows no more.
+    for _ in 0..3 {
+        (0..40).for_each(|_| shoal.step(&around(0.0)));
+        assert!(shoal.save().bodies.is_empty());
+        (0..3).for_each(|_| shoal.step(&around(1e9)));
+        assert_eq!(shoal.bytes(), bodies);
+    }
 }
 
 #[test]
@@ -116,7 +178,7 @@ fn a_state_of_other_fish_is_refused_and_changes_nothing() {
 #[test]
 fn a_number_that_no_step_writes_is_refused_by_its_name() {
     let mut shoal = shoal(5, 5.0);
-    go_on(&mut shoal, 10);
+    (0..10).for_each(|_| shoal.step(&around(1e9)));
     let before = shoal.save();
     let mut refused = |forge: &dyn Fn(&mut State), problem: &str| {
         let mut forged = before.clone();
@@ -126,15 +188,16 @@ fn a_number_that_no_step_writes_is_refused_by_its_name() {
         assert!(shoal.save() == before);
     };
     refused(&|state| state.time = -1.0, "is of the time -1 s");
-    refused(&|state| state.near[2] = 2, "has a fish, 2, whose body is stepped: 2; allowed: 0 and 1");
+    refused(&|state| state.near[2] = 3, "has a fish, 2, that is 3; allowed: 0, 1 and 2");
+    refused(&|state| state.near[2] = 0, "`origins` has 30 numbers in place of 24");
     refused(&|state| state.homes[2] = 7, "has a fish, 2, with a home that it has not: 0x7");
     refused(&|state| state.home_places[2 * 3] = 1.0, "has a fish, 2, with a home that it has not: 0x0");
+    refused(&|state| state.places[2 * 3] = 1e9, "that is away from its habitat [m]");
     for (number, value, problem) in [
-        (0, 1e9, "that is away from its habitat [m]"),
-        (4, f64::NAN, "that has its origin away from its habitat [m] NaN; allowed: 0 to 10000000"),
-        (8, 100.0, "that has a body in water of [m/s] 100"),
+        (1, f64::NAN, "that has its origin away from its habitat [m] NaN; allowed: 0 to 10000000"),
+        (5, 100.0, "that has a body in water of [m/s] 100"),
     ] {
-        refused(&|state| state.places[2 * 9 + number] = value, problem);
+        refused(&|state| state.origins[2 * 6 + number] = value, problem);
     }
     for (number, value, problem) in [
         (1, 40.0, "with a course of length 40"),
@@ -152,13 +215,26 @@ fn a_number_that_no_step_writes_is_refused_by_its_name() {
     ] {
         refused(&|state| state.minds[2 * 15 + number] = value, problem);
     }
-    for (number, problem) in [
-        (1, "whose node 7 has a place of 1000000"),
-        (3, "whose node 7 has a velocity of 1000000"),
-        (8, "whose node 7 has a way off the gait of 1000000"),
-    ] {
-        refused(&|state| state.bodies[(2 * 23 + 7) * 9 + number] = 1e6, problem);
+    for (number, problem) in
+        [(1, "whose node 7 has a place of 1000000"), (3, "whose node 7 has a velocity of 1000000")]
+    {
+        refused(&|state| state.bodies[(2 * 23 + 7) * 6 + number] = 1e6, problem);
     }
+    // The same fish, fading.
+    shoal.step(&around(0.0));
+    let before = shoal.save();
+    let mut refused = |forge: &dyn Fn(&mut State), problem: &str| {
+        let mut forged = before.clone();
+        forge(&mut forged);
+        let refused = shoal.load(&forged).expect_err(problem);
+        assert!(refused.contains(problem), "{refused}");
+        assert!(shoal.save() == before);
+    };
+    refused(
+        &|state| state.bodies[(2 * 23 + 7) * 3 + 2] = 1e6,
+        "whose node 7 has a way off the gait of 1000000",
+    );
+    refused(&|state| state.minds[2 * 15 + 8] = 0.5, "has a fish, 2, that is 2 after 0.5 s as a point");
 }
 
 #[test]

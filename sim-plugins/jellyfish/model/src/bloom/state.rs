@@ -39,9 +39,14 @@ const FAR: u32 = 2;
 impl BloomState {
     /// Into the plugin's state, version 1.
     pub fn write(&self, state: &mut StateWriter) {
+        self.write_with(state, self.faces.len(), |into| into.copy_from_slice(&self.faces));
+    }
+
+    /// The same, where `faces` writes so many faces.
+    fn write_with(&self, state: &mut StateWriter, count: usize, faces: impl FnOnce(&mut [f32])) {
         state.put("counts", &self.counts);
         state.put("points", &self.points);
-        state.put("faces", &self.faces);
+        state.fill("faces", count, faces);
         state.put("trails", &self.trails);
         state.put("places", &self.places);
         state.put("offsets", &self.offsets);
@@ -79,16 +84,41 @@ fn take<'a, T>(from: &mut &'a [T], count: usize) -> Option<&'a [T]> {
 impl Bloom {
     /// The present state.
     pub fn save(&self) -> BloomState {
+        let mut state = self.save_all_but_faces();
+        state.faces.resize(self.face_count(), 0.0);
+        self.save_faces(&mut state.faces);
+        state
+    }
+
+    /// The present state into the plugin's.
+    pub fn save_to(&self, state: &mut StateWriter) {
+        self.save_all_but_faces().write_with(state, self.face_count(), |into| self.save_faces(into));
+    }
+
+    fn face_count(&self) -> usize {
+        self.animals.iter().map(|animal| animal.slice.water().face_count()).sum()
+    }
+
+    /// See [`BloomState::faces`].
+    fn save_faces(&self, mut into: &mut [f32]) {
+        for row in self.animals.iter().flat_map(|animal| animal.slice.water().face_rows()) {
+            let (own, rest) = into.split_at_mut(row.len());
+            own.copy_from_slice(row);
+            into = rest;
+        }
+    }
+
+    fn save_all_but_faces(&self) -> BloomState {
         let mut state = BloomState::default();
         for animal in &self.animals {
-            let slice = animal.slice.save();
+            let slice = animal.slice.save_all_but_faces();
+            let faces = animal.slice.water().face_count();
             let trails = animal.trails.iter().flat_map(|trail| trail.points());
             let before = state.trails.len();
             state.trails.extend(trails.flat_map(|point| point.to_array()));
             let trails = state.trails.len() - before;
-            state.counts.extend([slice.points.len(), slice.faces.len(), trails].map(|count| count as u32));
+            state.counts.extend([slice.points.len(), faces, trails].map(|count| count as u32));
             state.points.extend(slice.points);
-            state.faces.extend(slice.faces);
             state.places.extend(animal.base.to_array());
             state.places.push(slice.phase);
             state.offsets.extend(slice.offset);

@@ -350,9 +350,14 @@ impl<T: Real> Slice<T> {
 
     /// The present state.
     pub fn save(&self) -> SliceState<T> {
+        SliceState { faces: self.water.faces().collect(), ..self.save_all_but_faces() }
+    }
+
+    /// The same without the faces of its water.
+    pub fn save_all_but_faces(&self) -> SliceState<T> {
         SliceState {
             points: self.points.iter().flat_map(|point| point.to_array()).collect(),
-            faces: self.water.faces().collect(),
+            faces: Vec::new(),
             offset: self.offset,
             phase: self.phase,
         }

@@ -240,9 +240,19 @@ impl<T: Real> Water<T> {
 
     /// All faces: those of the component along x row by row, n + 1 a row, then those along y, n a row.
     pub fn faces(&self) -> impl Iterator<Item = T> {
+        self.face_rows().flatten().copied()
+    }
+
+    /// The same, row by row.
+    pub fn face_rows(&self) -> impl Iterator<Item = &[T]> {
         let n = self.n();
-        let along_x = (0..n).flat_map(move |j| self.u.row(j, n + 1).iter().copied());
-        along_x.chain((0..=n).flat_map(move |j| self.v.row(j, n).iter().copied()))
+        let along_x = (0..n).map(move |j| self.u.row(j, n + 1));
+        along_x.chain((0..=n).map(move |j| self.v.row(j, n)))
+    }
+
+    /// How many faces there are.
+    pub fn face_count(&self) -> usize {
+        2 * self.n() * (self.n() + 1)
     }
 
     /// Takes back what [`Water::faces`] gave.
@@ -251,7 +261,7 @@ impl<T: Real> Water<T> {
     /// How many there must be; then nothing has changed.
     pub fn set_faces(&mut self, faces: &[T]) -> Result<(), String> {
         let n = self.n();
-        if faces.len() != 2 * n * (n + 1) {
+        if faces.len() != self.face_count() {
             return Err(format!("has {} faces; this grid has {}", faces.len(), 2 * n * (n + 1)));
         }
         let (along_x, along_y) = faces.split_at(n * (n + 1));

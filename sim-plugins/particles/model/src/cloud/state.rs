@@ -28,13 +28,18 @@ pub struct State {
 impl State {
     /// Into the plugin's state, version 2.
     pub fn write(&self, state: &mut StateWriter) {
-        let [x, y, z] = &self.at;
+        self.write_with(state, |axis, into| into.copy_from_slice(&self.at[axis]));
+    }
+
+    /// The same, where `at` writes the offsets along an axis.
+    fn write_with(&self, state: &mut StateWriter, at: impl Fn(usize, &mut [i32])) {
+        let count = self.counts.iter().map(|count| *count as usize).sum();
         state.put("counts", &self.counts);
         state.put("turns", &self.turns);
         state.put_one("dt", self.dt);
-        state.put("x", x);
-        state.put("y", y);
-        state.put("z", z);
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            state.fill(name, count, |into| at(axis, into));
+        }
         state.put("jumped", &self.jumped);
         state.put("sources", &self.sources);
     }
@@ -57,20 +62,48 @@ impl State {
 impl Cloud {
     /// The present state.
     pub fn save(&self) -> State {
+        let mut state = self.save_all_but_places();
+        let count = state.counts.iter().map(|count| *count as usize).sum();
+        for (axis, into) in state.at.iter_mut().enumerate() {
+            into.resize(count, 0);
+            self.save_places(axis, into);
+        }
+        state
+    }
+
+    /// The present state into the plugin's.
+    pub fn save_to(&self, state: &mut StateWriter) {
+        self.save_all_but_places().write_with(state, |axis, into| self.save_places(axis, into));
+    }
+
+    /// The offsets of all centres along an axis: see [`State::at`].
+    fn save_places(&self, axis: usize, mut into: &mut [i32]) {
+        let slots = self.slots();
+        for swarm in &self.swarms {
+            let count = swarm.plan.count as usize;
+            let (all, rest) = into.split_at_mut(count);
+            let own = &self.at[axis][swarm.pieces.start * slots..];
+            for (all, own) in all.chunks_mut(slots).zip(own.chunks(slots)) {
+                for (group, members) in all.chunks_mut(self.members).enumerate() {
+                    for (member, into) in members.iter_mut().enumerate() {
+                        *into = own[member * self.groups + group];
+                    }
+                }
+            }
+            into = rest;
+        }
+    }
+
+    fn save_all_but_places(&self) -> State {
         let sources = self.lasting.places().as_flattened().to_vec();
         let mut state = State { dt: self.last_dt, sources, ..State::default() };
         let slots = self.slots();
+        let mut before = 0;
         for swarm in &self.swarms {
             state.counts.push(swarm.plan.count);
             state.turns.extend(swarm.turns);
             let first = swarm.pieces.start * slots;
-            let before = state.at[0].len();
             let count = swarm.plan.count as usize;
-            for (own, all) in self.at.iter().zip(&mut state.at) {
-                all.resize(before + count, 0);
-                let (own, all) = (&own[first..], &mut all[before..]);
-                each_slot(count, [self.members, self.groups], |i, slot| all[i] = own[slot]);
-            }
             for (piece, words) in self.jumped[swarm.pieces.clone()].iter().enumerate() {
                 if words.iter().all(|word| *word == 0) {
                     continue;
@@ -81,6 +114,7 @@ impl Cloud {
                 });
                 state.jumped.extend(jumped.map(|i| (before + i) as u32));
             }
+            before += count;
         }
         state
     }
