@@ -117,6 +117,7 @@ pub struct Live {
     counts: Counts,
     arrival: Option<Arrival>,
     grace: Duration,
+    workers: usize,
     /// Of the command line.
     seed: Option<u64>,
     assets: PathBuf,
@@ -179,6 +180,7 @@ impl Live {
             counts: Counts::default(),
             arrival: None,
             grace: GRACE,
+            workers,
             seed,
             assets,
         };
@@ -256,6 +258,7 @@ impl Live {
             match found {
                 Found::Library(new) => self.wish_for(new),
                 Found::Refused { path, problem } => self.refuse(world, &path, &problem),
+                Found::Unused { path, ids } => self.learn(world, &path, &ids),
                 Found::Scene { edition } => self.wishes.push_back(Wish::Scene(edition)),
                 Found::BadScene { problem } => {
                     let text = format!("{problem}: the scene runs on as it was");
@@ -295,6 +298,16 @@ impl Live {
             self.drop_later(retired);
         }
         tended
+    }
+
+    /// A build that no module uses: it is loaded when a scene asks for it.
+    fn learn(&mut self, world: &World, path: &Path, ids: &[String]) {
+        if let Err(reason) = self.registry.learn(path, ids, self.workers) {
+            return self.refuse(world, path, &reason.to_string());
+        }
+        self.stage(world, false);
+        let text = format!("{} has {}; no module of this scene uses it", path.display(), ids.join(", "));
+        self.tell(world, Gravity::Info, text);
     }
 
     /// A newer build; one that waits for its turn is older still, and is let go.
