@@ -3,7 +3,6 @@
 
 use std::{
     collections::HashSet,
-    env,
     ffi::OsString,
     fs,
     os::unix::process::{CommandExt, ExitStatusExt},
@@ -48,7 +47,7 @@ impl Conduct {
     /// For this library and these options.
     pub(super) fn new(common: &Common, args: &Args, path: &Path) -> Result<Self, Failure> {
         let lacks = |what: &str, error: &std::io::Error| Failure::machine(miette::miette!("{what}: {error}"));
-        let program = env::current_exe().map_err(|error| lacks("this program cannot be found", &error))?;
+        let program = reef_files::program().map_err(|error| lacks("this program cannot be found", &error))?;
         let path = fs::canonicalize(path)
             .map_err(|error| Failure::input(miette::miette!("{}: {error}", path.display())))?;
         let folder =

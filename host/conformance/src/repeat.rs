@@ -163,7 +163,7 @@ fn elsewhere(turn: u32) -> Result<String, Not> {
             verdict.clone_from(&arguments[at]);
         }
     }
-    let program = env::current_exe().map_err(|error| lacking(error.to_string()))?;
+    let program = reef_files::program().map_err(|error| lacking(error.to_string()))?;
     let quiet = Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).status();
     quiet.map_err(|error| lacking(error.to_string()))?;
     let written =

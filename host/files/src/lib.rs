@@ -7,6 +7,7 @@ pub mod cache;
 mod folder;
 mod left;
 mod place;
+mod program;
 #[cfg(test)]
 mod tests;
 
@@ -24,6 +25,7 @@ pub use left::{InOrder, end_as_asked, in_order, remove_at_signals};
 use left::{Mark, marked, undisturbed};
 pub use place::beside;
 use place::{Place, builder, put, told};
+pub use program::program;
 
 /// Why a file could not be written.
 #[derive(Debug, Error)]

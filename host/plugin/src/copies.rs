@@ -28,10 +28,26 @@ fn runs_from(folder: &str) -> bool {
     // Device, folder, kind, options. Of several mounts on a folder the last is seen.
     let mount = mounts.lines().rev().map(|line| line.split(' ').collect::<Vec<_>>());
     let mount = mount.into_iter().find(|mount| mount.get(1) == Some(&folder));
-    mount.is_some_and(|mount| {
-        mount.get(2) == Some(&"tmpfs")
-            && mount.get(3).is_some_and(|options| !options.split(',').any(|option| option == "noexec"))
-    })
+    mount.is_some_and(|mount| mount.get(2) == Some(&"tmpfs")) && !runs_nothing(Path::new(folder))
+}
+
+/// Does the system refuse to run what is in this folder?
+fn runs_nothing(folder: &Path) -> bool {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        let Ok(name) = std::ffi::CString::new(folder.as_os_str().as_bytes()) else { return false };
+        // SAFETY: a path that ends with NUL, and room for the answer, which is plain data.
+        unsafe {
+            let mut told: libc::statvfs = std::mem::zeroed();
+            libc::statvfs(name.as_ptr(), &mut told) == 0 && told.f_flag & libc::ST_NOEXEC != 0
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = folder;
+        false
+    }
 }
 
 /// Copies a library's file and opens the copy, which is removed then; in the first folder in which both work.
@@ -54,6 +70,13 @@ pub(super) fn with_copy<T>(
         match opened {
             // No room, or a rule against running what is there; a library that nobody can load fails in all
             // folders.
+            Err(Refusal::Load(_)) if runs_nothing(&folder) => {
+                refused = Refusal::Machine(format!(
+                    "its copy cannot be loaded from {}, in which the system runs nothing (noexec): set TMPDIR \
+                     to another folder",
+                    folder.display()
+                ));
+            }
             Err(refusal @ (Refusal::Machine(_) | Refusal::Load(_))) => refused = refusal,
             opened => return opened,
         }

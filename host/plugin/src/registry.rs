@@ -104,7 +104,7 @@ impl Registry {
         for folder in folders {
             self.load_folder(folder, workers, true);
         }
-        if let Some(beside) = std::env::current_exe().ok().as_deref().and_then(Path::parent) {
+        if let Some(beside) = reef_files::program().ok().as_deref().and_then(Path::parent) {
             self.load_folder(beside, workers, false);
         }
         probe::rest();
@@ -160,6 +160,19 @@ impl Registry {
             self.dormant.push(Arc::new(dormant));
         }
         taken.map_or(Ok(()), Err)
+    }
+
+    /// Knows of a build that another process has [looked](probe::look) at: it is loaded when somebody asks for
+    /// one of its plugins. `Err`: another file has one of them.
+    pub fn learn(&mut self, path: &Path, ids: &[String], workers: usize) -> Result<(), Refusal> {
+        self.absorb();
+        self.dormant.retain(|dormant| dormant.path != path);
+        if let Some((id, first)) = ids.iter().find_map(|id| Some((id.clone(), self.home(id)?))) {
+            return Err(Refusal::Duplicate { id, first });
+        }
+        let (path, ids) = (path.to_owned(), ids.to_vec());
+        self.dormant.push(Arc::new(Dormant { path, ids, workers, plugins: OnceLock::new() }));
+        Ok(())
     }
 
     /// Where the plugin with this id came from, for people; None: nobody knows it.

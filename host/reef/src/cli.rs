@@ -78,7 +78,7 @@ fn offer_probe(command: Option<&Command>, patience: Option<Duration>) {
     if matches!(command, Some(Command::Shaders(_))) {
         return;
     }
-    if let Ok(program) = std::env::current_exe() {
+    if let Ok(program) = reef_files::program() {
         let known = reef_files::cache::folder().map(|folder| folder.join("plugins"));
         probe::offer(probe::Probe { program, known, patience });
     }

@@ -46,16 +46,26 @@ fn numbers_at_the_ends_of_their_ranges_are_answered_or_a_finite_sea() {
 #[test]
 fn every_kind_of_number_is_found_in_the_schemas() {
     let subjects = subjects();
-    let has = |subject: &str, leaf: &str| {
-        let subject = subjects.iter().find(|known| known.name == subject).expect("a subject");
-        subject.leaves.iter().any(|known| known.name() == leaf)
-    };
-    assert!(has("scene", "terrain(0).relief_length") || has("scene", "terrain.relief_length"));
     assert!(subjects.iter().all(|subject| !subject.leaves.is_empty()));
     // What the numbers are put into is a sea, or all answers would be of something else.
     for subject in &subjects {
         let world = reef_fuzz::sea::world(&subject.text(&Vec::new()));
         assert!(world.is_ok_and(|world| world.is_some()), "{}", subject.name);
+    }
+}
+
+#[test]
+fn numbers_that_once_overflowed_are_answered() {
+    let subjects = subjects();
+    for (name, leaf, value) in [
+        ("scene", "terrain(0).relief_length", 1e-9),
+        ("scene", "terrain(0).cell", 4_294_967_295.0),
+        ("scene", "terrain(0).cell", 1e14),
+        ("reef.anemone", "tufts[0].length", 1e-300),
+    ] {
+        let subject = subjects.iter().find(|known| known.name == name).expect("a subject");
+        let at = subject.leaves.iter().position(|known| known.name() == leaf).expect(leaf);
+        subject.attempt(&vec![(at, value)]).unwrap_or_else(|problem| panic!("{problem}"));
     }
 }
 

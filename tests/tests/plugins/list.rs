@@ -69,3 +69,42 @@ fn without_plugins_the_list_says_so() {
     assert!(output.status.success());
     assert!(String::from_utf8(output.stdout).unwrap().starts_with("No plugins"));
 }
+
+/// `reef plugin list` where the shell's words were done first, in a world of its own; None: nobody may make one.
+#[cfg(target_os = "linux")]
+fn list_after(words: &str, program: &std::path::Path, plugins: &std::path::Path) -> Option<Output> {
+    let shell = format!("{words} || exit 99; exec \"$@\"");
+    let mut command = Command::new("unshare");
+    command.args(["-Urm", "sh", "-c", &shell, "sh"]).arg(program).args(["plugin", "list"]);
+    let output = command.arg("--plugin-dir").arg(plugins).output().ok()?;
+    let made = output.status.code() != Some(99) && !output.stdout.is_empty();
+    if !made {
+        eprintln!("skipped: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    made.then_some(output)
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_folder_for_copies_in_which_nothing_runs_is_named_with_a_way_out() {
+    let (plugins, copies) = (artifacts().folder_of(&["reef_example_rust"]), tempfile::tempdir().unwrap());
+    let words =
+        format!("mount -t tmpfs -o noexec t {0} && TMPDIR={0} && export TMPDIR", copies.path().display());
+    let Some(output) = list_after(&words, artifacts().reef(), plugins.path()) else { return };
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let told =
+        format!("from {}, in which the system runs nothing (noexec): set TMPDIR", copies.path().display());
+    assert!(text.contains(&told), "{text}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn plugins_beside_the_program_are_found_where_there_is_no_proc() {
+    let installed = artifacts().side_by_side(&["reef_example_rust"]);
+    let program = installed.path().join(artifacts().reef().file_name().unwrap());
+    let empty = tempfile::tempdir().unwrap();
+    let Some(output) = list_after("mount -t tmpfs t /proc", &program, empty.path()) else { return };
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("example.kelp-rust"), "{text}");
+}

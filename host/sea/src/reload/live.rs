@@ -21,6 +21,7 @@ use super::{
     adopt::Edition,
     files::Files,
     ledger::Ledger,
+    news::{Arrival, Counts, Gravity, Notice, Tended},
     swap::{Job, Purpose, Swap},
     workshop::{Found, NewLibrary, Stage, Task, Workshop},
 };
@@ -32,59 +33,6 @@ pub const REMEMBER: u64 = 60;
 pub const GRACE: Duration = Duration::from_secs(60);
 /// Instances that have not reached the present by then are waited for.
 const CHASE: Duration = Duration::from_secs(2);
-
-/// How grave a piece of news is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gravity {
-    /// For information.
-    Info,
-    /// A build or a scene was refused, or a module stands still.
-    Trouble,
-}
-
-/// Something that people should know.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Notice {
-    /// How grave.
-    pub gravity: Gravity,
-    /// The sea's step.
-    pub step: u64,
-    /// In words.
-    pub text: String,
-}
-
-/// What [`Live::tend`] did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tended {
-    /// Instances took others' places: the next step is theirs.
-    pub swapped: bool,
-    /// An edited scene was taken up: what was read from the world may be different now.
-    pub edited: bool,
-}
-
-/// What has happened so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Newer builds that were taken.
-    pub reloads: u64,
-    /// Builds that were refused.
-    pub refusals: u64,
-    /// Older builds that took over.
-    pub takeovers: u64,
-    /// Edited scenes that were taken up.
-    pub scenes: u64,
-}
-
-/// When a newer build came.
-#[derive(Clone, Copy, Debug)]
-pub struct Arrival {
-    /// It was seen to be whole.
-    pub seen: Instant,
-    /// It was loaded.
-    pub loaded: Instant,
-    /// Its instances took the others' places.
-    pub taken: Instant,
-}
 
 /// Something to be done, one at a time.
 #[derive(Debug)]
@@ -117,6 +65,7 @@ pub struct Live {
     counts: Counts,
     arrival: Option<Arrival>,
     grace: Duration,
+    workers: usize,
     /// Of the command line.
     seed: Option<u64>,
     assets: PathBuf,
@@ -179,6 +128,7 @@ impl Live {
             counts: Counts::default(),
             arrival: None,
             grace: GRACE,
+            workers,
             seed,
             assets,
         };
@@ -256,6 +206,7 @@ impl Live {
             match found {
                 Found::Library(new) => self.wish_for(new),
                 Found::Refused { path, problem } => self.refuse(world, &path, &problem),
+                Found::Unused { path, ids } => self.learn(world, &path, &ids),
                 Found::Scene { edition } => self.wishes.push_back(Wish::Scene(edition)),
                 Found::BadScene { problem } => {
                     let text = format!("{problem}: the scene runs on as it was");
@@ -295,6 +246,16 @@ impl Live {
             self.drop_later(retired);
         }
         tended
+    }
+
+    /// A build that no module uses: it is loaded when a scene asks for it.
+    fn learn(&mut self, world: &World, path: &Path, ids: &[String]) {
+        if let Err(reason) = self.registry.learn(path, ids, self.workers) {
+            return self.refuse(world, path, &reason.to_string());
+        }
+        self.stage(world, false);
+        let text = format!("{} has {}; no module of this scene uses it", path.display(), ids.join(", "));
+        self.tell(world, Gravity::Info, text);
     }
 
     /// A newer build; one that waits for its turn is older still, and is let go.

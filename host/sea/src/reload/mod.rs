@@ -2,7 +2,7 @@
 //! an older build takes over from one that fails, an edited scene is taken up where it allows.
 //!
 //! [`Live`] tends to it between two steps. `files` says what changed, `workshop` works beside the sea,
-//! `ledger` knows what runs; [`swap`] puts other instances in the places
+//! `ledger` knows what runs; `news` is what it tells; [`swap`] puts other instances in the places
 //! of running ones, and [`adopt`] takes up an edited scene. [`pace()`] runs all of it in real time without a
 //! window.
 
@@ -11,10 +11,12 @@ mod files;
 mod lease;
 mod ledger;
 mod live;
+mod news;
 mod pace;
 pub mod swap;
 mod workshop;
 
 pub use ledger::Standing;
-pub use live::{Arrival, Counts, GRACE, Gravity, Live, Notice, REMEMBER, Setup, Tended, sleep_until};
+pub use live::{GRACE, Live, REMEMBER, Setup, sleep_until};
+pub use news::{Arrival, Counts, Gravity, Notice, Tended};
 pub use pace::{Lateness, pace};

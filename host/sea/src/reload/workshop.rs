@@ -41,6 +41,8 @@ pub(super) enum Task {
 pub(super) enum Found {
     /// A newer build.
     Library(NewLibrary),
+    /// A build that nobody asks for, and the ids of its plugins.
+    Unused { path: PathBuf, ids: Vec<String> },
     /// A build that is not used.
     Refused { path: PathBuf, problem: String },
     /// The scene, a species of it, or a file that a module read was edited.
@@ -148,18 +150,7 @@ impl Workshop {
             let seen = Instant::now();
             let found = match content {
                 Err(problem) => Found::Refused { path, problem },
-                Ok(image) if is_library(&path) => {
-                    match Library::load_new_image(&path, &image, self.workers) {
-                        Ok((library, plugins)) => Found::Library(NewLibrary {
-                            path,
-                            library,
-                            plugins,
-                            seen,
-                            loaded: Instant::now(),
-                        }),
-                        Err(reason) => Found::Refused { path, problem: reason.to_string() },
-                    }
-                }
+                Ok(image) if is_library(&path) => self.meet(path, &image, seen),
                 Ok(_) => {
                     edited = true;
                     continue;
@@ -170,6 +161,33 @@ impl Workshop {
         if edited {
             self.read_scene();
         }
+    }
+
+    /// Loads a build; one whose library was never loaded here is only looked at, by another process.
+    fn meet(&self, path: PathBuf, image: &Image<'_>, seen: Instant) -> Found {
+        let refused = |path, reason: Refusal| Found::Refused { path, problem: reason.to_string() };
+        if self.is_unused(&path) {
+            match probe::look(&path, image) {
+                Ok(Some(ids)) => return Found::Unused { path, ids },
+                // Nobody looks at builds here.
+                Ok(None) => {}
+                Err(reason) => return refused(path, reason),
+            }
+        }
+        match Library::load_new_image(&path, image, self.workers) {
+            Ok((library, plugins)) => {
+                Found::Library(NewLibrary { path, library, plugins, seen, loaded: Instant::now() })
+            }
+            Err(reason) => refused(path, reason),
+        }
+    }
+
+    /// Was no build of this library loaded?
+    fn is_unused(&self, path: &Path) -> bool {
+        // Cargo's folder of the newer builds has the same names.
+        let is_it = |known: &Path| known == path || known.file_name() == path.file_name();
+        let loaded = self.stage.iter().flat_map(|stage| stage.plugins.plugins());
+        self.stage.is_some() && !loaded.filter_map(|plugin| plugin.library().path()).any(is_it)
     }
 
     fn tell(&self, found: Found) {

@@ -13,7 +13,7 @@ pub fn folder(wanted: Option<&Path>) -> Result<PathBuf, SceneError> {
         }
         return Err(SceneError::file(wanted, "there is no such folder of assets", None));
     }
-    let program = std::env::current_exe().ok();
+    let program = reef_files::program().ok();
     let here = std::env::current_dir().ok();
     let starts = [program.as_deref().and_then(Path::parent), here.as_deref()];
     for start in starts.into_iter().flatten() {

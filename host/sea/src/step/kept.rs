@@ -20,6 +20,7 @@ pub(crate) struct Kept {
     entries: usize,
     last: Option<Entry>,
     from_step: u64,
+    end: u64,
 }
 
 #[derive(Debug)]
@@ -39,7 +40,7 @@ impl Kept {
             let (file, end) = whole(path, journal)?;
             Place::File(file, end)
         };
-        let mut kept = Self { path: path.to_owned(), place, entries: 0, last: None, from_step: 0 };
+        let mut kept = Self { path: path.to_owned(), place, entries: 0, last: None, from_step: 0, end: 0 };
         kept.holds(journal);
         Ok(kept)
     }
@@ -48,6 +49,7 @@ impl Kept {
         self.entries = journal.entries.len();
         self.last = journal.entries.last().cloned();
         self.from_step = journal.header.from_step;
+        self.end = journal.end;
     }
 
     /// Whether the file is a whole journal already before the run's end.
@@ -64,6 +66,7 @@ impl Kept {
     pub(crate) fn update(&mut self, journal: &Journal) -> Result<(), WriteError> {
         let Place::File(file, end) = &mut self.place else { return Ok(()) };
         let continues = journal.header.from_step == self.from_step
+            && self.end <= journal.end
             && self.entries <= journal.entries.len()
             && self.entries.checked_sub(1).map(|last| &journal.entries[last]) == self.last.as_ref();
         if continues {
@@ -106,7 +109,7 @@ fn whole(path: &Path, journal: &Journal) -> Result<(File, u64), WriteError> {
     }
 }
 
-/// One call, so that no end of the program leaves half of it. The line of the end never grows shorter.
+/// One call, so that no end of the program leaves half of it. The line of a later end is never shorter.
 fn write_over(file: &mut File, at: u64, text: &str) -> io::Result<()> {
     file.seek(SeekFrom::Start(at))?;
     file.write_all(text.as_bytes())
@@ -136,7 +139,17 @@ mod tests {
             kept.update(&journal).unwrap();
             assert_eq!(Journal::read(&path).unwrap(), journal, "step {step}");
         }
-        // A jump back, and another future of the same length.
+        // Jumps back: to after the last input, to before some, and to before all.
+        for end in [1000, 198, 100, 5] {
+            journal.entries.retain(|entry| entry.step <= end);
+            journal.end = end;
+            kept.update(&journal).unwrap();
+            assert_eq!(Journal::read(&path).unwrap(), journal, "back at {end}");
+        }
+        journal.entries.extend((6..20).map(|step| param(step, 2.0)));
+        journal.end = 20;
+        kept.update(&journal).unwrap();
+        // Another future of the same length.
         journal.entries.truncate(10);
         journal.end = journal.entries[9].step;
         kept.update(&journal).unwrap();

@@ -169,7 +169,7 @@ fn sdk(parent: &Path, wanted: Option<&Path>) -> Result<PathBuf, Failure> {
         None => {
             let starts = [
                 fs::canonicalize(parent).ok(),
-                std::env::current_exe().ok().and_then(|program| fs::canonicalize(program).ok()),
+                reef_files::program().ok().and_then(|program| fs::canonicalize(program).ok()),
             ];
             let mut folders = starts.iter().flatten().flat_map(|start| start.ancestors());
             folders.find_map(|folder| {
