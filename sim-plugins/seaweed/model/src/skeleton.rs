@@ -111,7 +111,7 @@ pub(crate) struct Joint {
     /// Whose water it feels at the middle level, and far: the segment's own number, or that of one near by.
     pub(crate) middle: u32,
     pub(crate) far: u32,
-    /// Near and at the middle level: the waves at it are between those at these two, and how far from the first to the second.
+    /// Not far away: the waves at it are between those at these two, so far from the first to the second.
     pub(crate) stations: [u32; 2],
     pub(crate) between: f32,
     /// Segments from the root to this one, itself included.
@@ -177,8 +177,7 @@ impl Skeleton {
     }
 
     fn of_sorted(segments: Vec<Segment>) -> Self {
-        let levels = levels(&segments);
-        let ends = rest_ends(&segments);
+        let (levels, ends) = (levels(&segments), rest_ends(&segments));
         let mut joints: Vec<Joint> = Vec::with_capacity(segments.len());
         for ((segment, level), end) in segments.iter().zip(levels).zip(ends) {
             let below = segment.parent.map(|parent| joints[parent]);
@@ -352,8 +351,7 @@ const APART: f64 = 0.5;
 /// computed by itself feels the water of the middle of its half, and far of the branch's middle. A branch
 /// goes on with the first segment at its end.
 fn levels(segments: &[Segment]) -> Vec<Detail> {
-    let mut next = vec![None; segments.len()];
-    let mut goes_on = vec![false; segments.len()];
+    let (mut next, mut goes_on) = (vec![None; segments.len()], vec![false; segments.len()]);
     for (number, segment) in segments.iter().enumerate() {
         let Some(parent) = segment.parent else { continue };
         if next[parent].is_none() && segment.height >= 0.999 * segments[parent].length {
@@ -361,21 +359,19 @@ fn levels(segments: &[Segment]) -> Vec<Detail> {
             goes_on[number] = true;
         }
     }
-    let mut levels = vec![Detail::default(); segments.len()];
-    let mut branch = Vec::new();
+    let (mut levels, mut branch) = (vec![Detail::default(); segments.len()], Vec::new());
     for number in (0..segments.len()).filter(|number| !goes_on[*number]) {
         branch.clear();
         branch.extend(core::iter::successors(Some(number), |at| next[*at]));
         let (half, far) = (branch.len().div_ceil(2), branch[branch.len().div_ceil(2) - 1]);
         let upper = branch[(half + branch.len()) / 2 - usize::from(half == branch.len())];
-        let mut middles = Vec::with_capacity(branch.len());
         let mut along = 0.0;
-        for here in &branch {
-            middles.push(along + 0.5 * segments[*here].length);
+        let middle = |here: &usize| {
             along += segments[*here].length;
-        }
-        let mut before = 0;
-        let mut after = 0;
+            along - 0.5 * segments[*here].length
+        };
+        let middles: Vec<f64> = branch.iter().map(middle).collect();
+        let (mut before, mut after) = (0, 0);
         for (i, here) in branch.iter().enumerate() {
             if i == after {
                 before = i;
@@ -461,7 +457,7 @@ mod tests {
 
     #[test]
     fn waves_are_felt_at_both_ends_of_a_branch_and_every_half_metre() {
-        // Twelve segments of a decimetre: their middles are 1.1 m apart; and a single one on the third.
+        // Twelve of a decimetre, and a single one on the third.
         let mut segments = chain(12);
         segments.push(Segment { parent: Some(2), height: 0.05, ..Segment::default() });
         let skeleton = Skeleton::new(&segments).unwrap();
