@@ -5,7 +5,7 @@
 use fearless_simd::{Simd, f32x8};
 use reef_flow::{
     Packed,
-    simd::{Lanes, clamp, mul_add, splat},
+    simd::{Lanes, clamp, splat},
     velocity8,
     waves::{Trains, orbit},
 };
@@ -38,25 +38,54 @@ pub struct Felt<V> {
 /// makes it infinite.
 const FASTEST: f32 = 100.0;
 
+/// What the waves do at eight points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Swell<V> {
+    /// [m/s]
+    pub(crate) velocity: [V; 3],
+    /// [m/s²]
+    pub(crate) acceleration: [V; 3],
+    /// [m]
+    pub(crate) rise: V,
+}
+
+/// Currents at eight points [m, relative to the anchor].
+#[inline(always)]
+pub(crate) fn current<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    velocity8(simd, water.currents, p[0], p[1], p[2])
+}
+
+/// Waves at eight points [m, relative to the anchor].
+#[inline(always)]
+pub(crate) fn swell<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> Swell<f32x8<S>> {
+    let zero = splat(simd, 0.0);
+    if water.trains.is_empty() {
+        return Swell { velocity: [zero; 3], acceleration: [zero; 3], rise: zero };
+    }
+    let orbit = orbit(simd, water.trains, water.count, p);
+    let share = splat(simd, water.share);
+    Swell {
+        velocity: orbit.velocity.map(|v| share * v),
+        acceleration: orbit.acceleration.map(|a| share * a),
+        rise: share * orbit.displacement[1],
+    }
+}
+
+/// The water where there are such currents and such waves.
+#[inline(always)]
+pub(crate) fn together<S: Simd>(simd: S, current: [f32x8<S>; 3], swell: &Swell<f32x8<S>>) -> Felt<f32x8<S>> {
+    let (mut velocity, mut acceleration) = (current, swell.acceleration);
+    for axis in 0..3 {
+        velocity[axis] = bounded(simd, velocity[axis] + swell.velocity[axis]);
+        acceleration[axis] = bounded(simd, acceleration[axis]);
+    }
+    Felt { velocity, acceleration, rise: swell.rise }
+}
+
 /// The water at eight points [m, relative to the anchor].
 #[inline(always)]
 pub fn felt<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> Felt<f32x8<S>> {
-    let zero = splat(simd, 0.0);
-    let mut velocity = velocity8(simd, water.currents, p[0], p[1], p[2]);
-    let (mut acceleration, mut rise) = ([zero; 3], zero);
-    if !water.trains.is_empty() {
-        let orbit = orbit(simd, water.trains, water.count, p);
-        let share = splat(simd, water.share);
-        for axis in 0..3 {
-            velocity[axis] = mul_add(share, orbit.velocity[axis], velocity[axis]);
-            acceleration[axis] = bounded(simd, share * orbit.acceleration[axis]);
-        }
-        rise = share * orbit.displacement[1];
-    }
-    for v in &mut velocity {
-        *v = bounded(simd, *v);
-    }
-    Felt { velocity, acceleration, rise }
+    together(simd, current(simd, water, p), &swell(simd, water, p))
 }
 
 #[inline(always)]

@@ -262,6 +262,8 @@ impl Pack {
             lag: sea.kind.lag as f32,
             contact: sea.levels.contact as f32,
             deep: highest < -2.0 * kernel::SKIN,
+            // Between those of a plant that is much larger, waves are not linear.
+            stations: self.largest <= 2.0 && !trains.is_empty(),
         }
     }
 }

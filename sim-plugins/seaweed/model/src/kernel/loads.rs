@@ -7,11 +7,10 @@ use reef_flow::simd::{clamp, splat};
 use super::{Needs, Node, Pass, Stand, pose::Frame};
 use crate::{
     lanes::{
-        Lane, Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub,
-        sub_scaled,
+        Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub, sub_scaled,
     },
     skeleton::Joint,
-    water::{Felt, felt},
+    water::{Felt, Swell, current, felt, swell, together},
 };
 
 /// A capsule that nothing should enter, relative to the anchor.
@@ -152,31 +151,50 @@ fn from_axis<S: Simd>(simd: S, capsule: &Capsule, place: Vector<S>) -> (Vector<S
     (off, length(off))
 }
 
-/// The water and the forces of all segments where a level, or one between two, takes the water of some for
-/// others.
+/// The water and the forces of all segments where some take it from others: the waves from two of their
+/// branch, and what a level, or one between two, leaves out.
 #[inline(always)]
 pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand, nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);
+    let stations = pass.stations && needs.level < 2;
     for (number, (joint, node)) in (0..).zip(pass.joints.iter().zip(nodes.iter_mut())) {
-        if joint.feels(number, needs.level) {
-            let felt = acting.water(simd, joint, load3(simd, &node.y), load3(simd, &node.origin));
-            store3(&mut node.velocity, felt.velocity);
-            store3(&mut node.acceleration, felt.acceleration);
-            store(&mut node.rise, felt.rise);
+        let feels = joint.feels(number, needs.level);
+        let waves = if stations {
+            joint.stations[0] == number || (needs.mixed && joint.far == number)
+        } else {
+            feels
+        };
+        if !feels && !waves {
+            continue;
+        }
+        let half = acting.size * splat(simd, 0.5 * joint.length);
+        let place = add_scaled(load3(simd, &node.origin), load3(simd, &node.y), half);
+        if feels || (needs.mixed && joint.far == number) {
+            store3(&mut node.velocity, current(simd, &pass.water, place));
+        }
+        if waves {
+            let swell = swell(simd, &pass.water, place);
+            store3(&mut node.orbit, swell.velocity);
+            store3(&mut node.acceleration, swell.acceleration);
+            store(&mut node.rise, swell.rise);
         }
     }
     let one = splat(simd, 1.0);
     let detail = load(simd, &stand.detail);
     let shares = Shares { middle: smooth(simd, detail), far: smooth(simd, detail - one) };
     for (number, joint) in pass.joints.iter().enumerate() {
-        let sources = [&nodes[number], &nodes[joint.middle as usize], &nodes[joint.far as usize]];
-        let how = (needs, shares);
-        let mut felt = Felt { velocity: [one; 3], acceleration: [one; 3], rise: one };
-        for i in 0..3 {
-            felt.velocity[i] = taken(simd, how, sources.map(|node| &node.velocity[i]));
-            felt.acceleration[i] = taken(simd, how, sources.map(|node| &node.acceleration[i]));
-        }
-        felt.rise = taken(simd, how, sources.map(|node| &node.rise));
+        // Not by closures: see [`super::pose::with_loads`].
+        let (middle, far) = (joint.middle as usize, &nodes[joint.far as usize]);
+        let felt = if needs.level == 2 {
+            at(simd, far)
+        } else {
+            let mut felt = near(simd, &pass.joints[middle], middle, nodes, stations);
+            if needs.level == 0 {
+                let own = near(simd, joint, number, nodes, stations);
+                felt = if needs.mixed { mixed(simd, &own, &felt, shares.middle) } else { own };
+            }
+            if needs.mixed { mixed(simd, &felt, &at(simd, far), shares.far) } else { felt }
+        };
         let node = &mut nodes[number];
         let frame = Frame { x: [one; 3], y: load3(simd, &node.y), origin: load3(simd, &node.origin) };
         acting.act(simd, joint, &frame, &felt, node);
@@ -190,18 +208,49 @@ struct Shares<S: Simd> {
     far: f32x8<S>,
 }
 
-/// One number of the water that a segment feels: its own, or that of another of its branch; between two
-/// levels some of both.
+/// The waves where they are evaluated.
 #[inline(always)]
-fn taken<S: Simd>(simd: S, (needs, shares): (Needs, Shares<S>), [own, middle, far]: [&Lane; 3]) -> f32x8<S> {
-    let far = load(simd, far);
-    if needs.level == 2 {
-        return far;
+fn waves_at<S: Simd>(simd: S, node: &Node) -> Swell<f32x8<S>> {
+    Swell {
+        velocity: load3(simd, &node.orbit),
+        acceleration: load3(simd, &node.acceleration),
+        rise: load(simd, &node.rise),
     }
-    let middle = load(simd, middle);
-    let near = match needs.level {
-        0 => mix(simd, load(simd, own), middle, shares.middle),
-        _ => middle,
-    };
-    if needs.mixed { mix(simd, near, far, shares.far) } else { near }
+}
+
+/// The water where it is evaluated.
+#[inline(always)]
+fn at<S: Simd>(simd: S, node: &Node) -> Felt<f32x8<S>> {
+    together(simd, load3(simd, &node.velocity), &waves_at(simd, node))
+}
+
+/// The water at a segment, not far away: currents where it is, and the waves between those at two of its
+/// branch.
+#[inline(always)]
+fn near<S: Simd>(simd: S, joint: &Joint, number: usize, nodes: &[Node], stations: bool) -> Felt<f32x8<S>> {
+    let [first, second] = joint.stations.map(|station| station as usize);
+    if !stations || first == second {
+        return at(simd, &nodes[number]);
+    }
+    let (a, b) = (waves_at(simd, &nodes[first]), waves_at(simd, &nodes[second]));
+    let share = splat(simd, joint.between);
+    let mut between = a;
+    for axis in 0..3 {
+        between.velocity[axis] = mix(simd, a.velocity[axis], b.velocity[axis], share);
+        between.acceleration[axis] = mix(simd, a.acceleration[axis], b.acceleration[axis], share);
+    }
+    between.rise = mix(simd, a.rise, b.rise, share);
+    together(simd, load3(simd, &nodes[number].velocity), &between)
+}
+
+/// Some of one water, and a share of another.
+#[inline(always)]
+fn mixed<S: Simd>(simd: S, a: &Felt<f32x8<S>>, b: &Felt<f32x8<S>>, share: f32x8<S>) -> Felt<f32x8<S>> {
+    let mut felt = *a;
+    for axis in 0..3 {
+        felt.velocity[axis] = mix(simd, a.velocity[axis], b.velocity[axis], share);
+        felt.acceleration[axis] = mix(simd, a.acceleration[axis], b.acceleration[axis], share);
+    }
+    felt.rise = mix(simd, a.rise, b.rise, share);
+    felt
 }

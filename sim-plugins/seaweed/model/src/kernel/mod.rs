@@ -82,6 +82,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) contact: f32,
     /// No part of any of them can come near the surface.
     pub(crate) deep: bool,
+    /// Whether near plants take the waves between their stations.
+    pub(crate) stations: bool,
 }
 
 /// Room for the work on one pack. What is in it from others changes nothing.
@@ -106,9 +108,11 @@ struct Node {
     x: [Lane; 3],
     y: [Lane; 3],
     origin: [Lane; 3],
-    /// The water at its centre, where it is evaluated; on the way out: angular velocity and that of its
+    /// Currents at its centre, where they are evaluated; on the way out: angular velocity and that of its
     /// origin.
     velocity: [Lane; 3],
+    /// What the waves do there, where they are evaluated: velocity, acceleration, rise.
+    orbit: [Lane; 3],
     acceleration: [Lane; 3],
     rise: Lane,
     /// Force at its centre in still water, without that of its own motion [N]; the drag it meets [N·s/m].
@@ -190,7 +194,7 @@ fn wide<S: Simd>(
     nodes: &mut [Node],
 ) {
     let nodes = &mut nodes[..rows.len()];
-    if needs.level == 0 && !needs.mixed {
+    if needs.level == 0 && !needs.mixed && !pass.stations {
         pose::with_loads(simd, pass, stand, rows, nodes);
     } else {
         pose::pose(simd, pass, stand, rows, nodes);

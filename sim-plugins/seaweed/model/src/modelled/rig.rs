@@ -164,7 +164,8 @@ pub(super) fn bones(file: &File<'_>, skin: Option<usize>) -> Result<(Vec<Bone>, 
             nodes[node].name.iter().flat_map(|name| name.chars()).take(LONGEST_NAME).collect::<String>();
         if let (None, Some(first)) = (parent, bones.first()) {
             let problem = format!(
-                "`{name}` stands on no other joint, as `{}` does; a plant has one root (and no vertex that hangs on no bone, for which Blender writes a joint of its own)",
+                "`{name}` stands on no other joint, as `{}` does; a plant has one root (and no vertex without \
+                 a bone, for which Blender writes a joint of its own)",
                 first.name
             );
             return Err(Fault::new(paths[node].unwrap_or_default(), problem));
