@@ -1,21 +1,19 @@
 //! An edited scene in the place of the running one. Modules whose name, plugin and configuration are the same
 //! go on as they are; the others begin anew. All that takes time is made beforehand, beside the sea.
 
-use std::{path::PathBuf, sync::Arc};
+use std::path::PathBuf;
 
 use reef_plugin::{Asset, Instance, Registry};
-use reef_streams::{environment::Environment, identity::ModuleTag};
+use reef_streams::identity::ModuleTag;
 
 use crate::{
     scene::Scene,
     step::{
-        camera::Camera,
         exchange::Exchange,
-        journal::{Input, Journal, ParamInput},
-        sea::{Member, World, WorldError, instance_of, raw_water},
-        setting,
-        water::Water,
-        waves::Waves,
+        journal::{Input, ParamInput},
+        member::{Member, instance_of},
+        sea::{World, WorldError},
+        setting::Setting,
     },
 };
 
@@ -47,14 +45,9 @@ impl Known {
 #[derive(Debug)]
 pub struct Edition {
     serial: u64,
-    seed: u64,
-    environment: Environment,
-    trains: Waves,
-    camera: Camera,
-    water: Water,
+    setting: Setting,
     /// One a module: a new instance, or the number of the one that goes on.
     places: Vec<Place>,
-    scene: Scene,
 }
 
 #[derive(Debug)]
@@ -100,17 +93,7 @@ impl Edition {
                 None => Place::Anew(Box::new(instance_of(module, &new.config, &scene.assets, plugins)?)),
             });
         }
-        let trains = Waves::new(&scene.file, seed)?;
-        Ok(Self {
-            serial: before.serial,
-            seed,
-            environment: setting::environment(&scene.file, seed, &trains),
-            trains,
-            camera: Camera::new(&scene.file.camera)?,
-            water: Water::new(&scene)?,
-            places,
-            scene,
-        })
+        Ok(Self { serial: before.serial, setting: Setting::new(scene, seed)?, places })
     }
 
     /// The files that its new instances read.
@@ -126,7 +109,7 @@ impl Edition {
 impl World {
     /// What an edited scene is to be compared with.
     pub fn before(&self) -> Before {
-        let mut modules = known(&self.scene, self.seed);
+        let mut modules = known(&self.setting.scene, self.setting.seed);
         for (module, member) in modules.iter_mut().zip(&self.members) {
             module.assets = member.instance.assets();
         }
@@ -140,7 +123,8 @@ impl World {
             return Err(Box::new(edition));
         }
         self.serial += 1;
-        let Edition { seed, environment, trains, camera, water, places, scene, .. } = edition;
+        let Edition { setting, places, .. } = edition;
+        let scene = setting.scene.clone();
         let mut old: Vec<Option<Member>> = std::mem::take(&mut self.members).into_iter().map(Some).collect();
         let names: Vec<&str> = scene.modules.iter().map(|module| module.name.as_str()).collect();
         let exchange = Exchange::new(ModuleTag::all(&names).into());
@@ -170,14 +154,10 @@ impl World {
         }
         if carried.is_empty() || self.clock.dt != scene.file.scene.dt {
             self.clock.step = 0;
-            self.pokes.clear();
-            self.hand_camera = None;
+            self.hands.let_go();
         }
         self.clock.dt = scene.file.scene.dt;
-        let raw_water = raw_water(&scene);
-        self.settle(seed, Arc::new(environment), trains, camera, water, raw_water, exchange);
-        self.journal = Journal::new(&scene.name, seed, self.clock.dt, self.clock.step);
-        self.scene = Arc::new(scene);
+        self.settle(setting, exchange);
         self.look_after(heard, World::look_again);
         for (at, (id, value)) in wanted {
             let member = &self.members[at];

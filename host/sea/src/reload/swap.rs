@@ -374,7 +374,7 @@ impl World {
             Some(_) => Vec::new(),
             None => self.members[module].first_events().collect(),
         };
-        let config = self.scene.modules[module].create_json(&self.scene, self.seed);
+        let config = self.setting.scene.modules[module].create_json(&self.setting.scene, self.setting.seed);
         Order { module, name: self.members[module].name.clone(), plugin, config, snap, params, until }
     }
 
@@ -388,7 +388,7 @@ impl World {
             fixed: recent.fixed.clone(),
             now: recent.now.clone(),
             dt,
-            assets: self.scene.assets.clone(),
+            assets: self.setting.scene.assets.clone(),
             orders: Mutex::new(orders),
             phase: Mutex::new(Phase::Working),
             queue: Mutex::new(moments.into_values().collect()),

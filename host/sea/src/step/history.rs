@@ -195,13 +195,13 @@ impl World {
         }
         let from = self.clock.step;
         // A way forward leaves what came on it behind, too.
-        let mut entries = std::mem::take(&mut self.journal.entries);
-        entries.extend(self.replay.drain(..));
-        self.replay.extend(entries.drain(entries.partition_point(|entry| entry.step <= from)..));
-        self.journal.entries = entries;
-        self.relived = true;
-        self.journal.header.from_step = self.journal.header.from_step.min(from);
-        self.journal.end = from;
+        let mut entries = std::mem::take(&mut self.hands.journal.entries);
+        entries.extend(self.hands.replay.drain(..));
+        self.hands.replay.extend(entries.drain(entries.partition_point(|entry| entry.step <= from)..));
+        self.hands.journal.entries = entries;
+        self.hands.relived = true;
+        self.hands.journal.header.from_step = self.hands.journal.header.from_step.min(from);
+        self.hands.journal.end = from;
         self.faults.clear();
         taken.map(|_| ())
     }
@@ -220,13 +220,13 @@ impl World {
 
     /// What waits for the next step belongs to the present, and ends the future that is known.
     fn settle_pending(&mut self) {
-        if self.pending.is_empty() {
+        if self.hands.pending.is_empty() {
             return;
         }
         let step = self.clock.step + 1;
         self.turn(step);
-        let waiting = std::mem::take(&mut self.pending).into_iter();
-        self.replay.extend(waiting.map(|input| Entry { step, input }));
+        let waiting = std::mem::take(&mut self.hands.pending).into_iter();
+        self.hands.replay.extend(waiting.map(|input| Entry { step, input }));
     }
 
     /// Loads the last state before a step; false: there is none.
@@ -237,8 +237,8 @@ impl World {
             member.instance.load_payload(state)?;
         }
         self.clock.step = past.step;
-        self.pokes.clone_from(&past.pokes);
-        self.hand_camera = past.camera;
+        self.hands.pokes.clone_from(&past.pokes);
+        self.hands.camera = past.camera;
         self.exchange.said.clone_from(&past.said);
         self.forget_inputs();
         Ok(true)
@@ -246,8 +246,8 @@ impl World {
 
     /// Something new comes with this step: what came in it and later, in this run's own future, is no more.
     pub(crate) fn turn(&mut self, step: u64) {
-        if std::mem::take(&mut self.relived) {
-            self.replay.clear();
+        if std::mem::take(&mut self.hands.relived) {
+            self.hands.replay.clear();
         }
         self.history.forget_from(step);
     }
@@ -256,7 +256,7 @@ impl World {
     pub(crate) fn remember(&mut self) {
         let step = self.clock.step;
         self.history.reached = self.history.reached.max(step);
-        let running = |member: &super::sea::Member| {
+        let running = |member: &super::member::Member| {
             !member.unsavable && !member.standing && *member.instance.health() == Health::Running
         };
         if !self.history.wants(step) || !self.members.iter().all(running) {
@@ -290,9 +290,9 @@ impl World {
         });
         let size = heard.sum::<usize>()
             + states.iter().map(Payload::size).sum::<usize>()
-            + size_of_val(&*self.pokes)
+            + size_of_val(&*self.hands.pokes)
             + size_of::<Past>();
-        let (pokes, camera) = (self.pokes.clone(), self.hand_camera);
+        let (pokes, camera) = (self.hands.pokes.clone(), self.hands.camera);
         self.history.add(Past { step, pokes, camera, said, states, size });
         self.history.took(began.elapsed().as_secs_f64());
     }

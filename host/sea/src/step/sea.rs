@@ -1,25 +1,14 @@
 //! The sea: steps all modules of a scene, the same for the same scene, seed and inputs.
 
-use std::{
-    collections::VecDeque,
-    path::{Path, PathBuf},
-    sync::Arc,
-    time::Instant,
-};
+use std::{collections::VecDeque, path::PathBuf, sync::Arc, time::Instant};
 
 use reef_abi as abi;
-use reef_files::WriteError;
 use reef_flow::{keyframe::TrackError, waves::WindSeaError};
 use reef_plugin::{
-    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn, note_saved,
+    Health, Instance, PluginError, PluginInfo, Registry, StepInput, StepReport, StepStatus, Turn,
     step_together,
 };
-use reef_streams::{
-    Outputs,
-    environment::Environment,
-    frame::{CameraPose, Frame},
-    identity::ModuleTag,
-};
+use reef_streams::{environment::Environment, frame::Frame, identity::ModuleTag};
 use smallvec::SmallVec;
 use thiserror::Error;
 
@@ -27,24 +16,18 @@ use super::{
     camera::Camera,
     clock::Clock,
     exchange::{Exchange, Said},
-    ground::Ground,
+    frames::Frames,
+    hands::Hands,
     history::History,
-    journal::{CameraInput, Entry, Input, Journal, ParamInput},
-    kept::Kept,
-    recent::{Fixed, Recent},
-    setting,
-    water::{ActivePoke, MOST_POKES, POKE_TIME, Poke, Water},
-    waves::Waves,
+    member::{Member, counted, instance_of, param_event},
+    recent::Recent,
+    setting::Setting,
 };
-use crate::scene::{Module, Scene, error::SceneError};
+use crate::scene::{Scene, error::SceneError};
 
 /// So many modules step without memory being asked for.
 const FEW_MODULES: usize = 8;
 
-/// Frames that are kept for reuse.
-const SPARE_FRAMES: usize = 4;
-/// A journal's file hears of every step that takes inputs, and of each such step.
-const JOURNAL_STEPS: u64 = 60;
 /// Messages that nobody took.
 const MOST_MESSAGES: usize = 100;
 
@@ -128,104 +111,22 @@ pub struct Message {
     pub text: String,
 }
 
-/// One module at work.
-#[derive(Debug)]
-pub(crate) struct Member {
-    pub(crate) name: String,
-    /// What the scene sets from the start.
-    params: Vec<(u32, f64)>,
-    pub(crate) instance: Instance,
-    events: Vec<abi::Event>,
-    /// Parameters that changed while it stood still: they come before the next step's events.
-    pub(crate) missed: Vec<abi::Event>,
-    pub(crate) standing: bool,
-    /// Steps that this instance discarded: told the first times, and then at growing distances.
-    pub(crate) discards: u64,
-    /// It does not give its state: asked once.
-    pub(crate) unsavable: bool,
-    /// It has made steps: what the scene sets from the start was set.
-    known: bool,
-}
-
-impl Member {
-    pub(crate) fn new(name: &str, params: &[(u32, f64)], instance: Instance) -> Self {
-        Self {
-            name: name.to_owned(),
-            params: params.to_vec(),
-            instance,
-            events: Vec::new(),
-            missed: Vec::new(),
-            standing: false,
-            discards: 0,
-            unsavable: false,
-            known: false,
-        }
-    }
-
-    /// Parameters that an edited scene sets to other values than before.
-    pub(crate) fn changed_params<'a>(&self, new: &'a [(u32, f64)]) -> impl Iterator<Item = (u32, f64)> + 'a {
-        let old = self.params.clone();
-        new.iter().filter(move |param| !old.contains(param)).copied()
-    }
-
-    /// Goes on in an edited scene, which sets these parameters from the start. One that stands still is told
-    /// about again.
-    pub(crate) fn go_on(&mut self, params: &[(u32, f64)]) {
-        self.params = params.to_vec();
-        self.known = true;
-        self.heard_anew();
-    }
-
-    /// Whatever it does from now on is told as if for the first time.
-    fn heard_anew(&mut self) {
-        self.standing = false;
-        self.discards = 0;
-    }
-
-    /// Begins with another state.
-    pub(crate) fn begin_anew(&mut self) {
-        self.heard_anew();
-        self.unsavable = false;
-    }
-
-    /// What the scene sets from the start.
-    pub(crate) fn first_events(&self) -> impl Iterator<Item = abi::Event> {
-        self.params.iter().map(|&(id, value)| param_event(id, value))
-    }
-}
-
 /// The sea.
 #[derive(Debug)]
 pub struct World {
-    pub(crate) scene: Arc<Scene>,
-    pub(crate) seed: u64,
+    /// What does not change from step to step.
+    pub(crate) setting: Setting,
     pub(crate) clock: Clock,
-    environment: Arc<Environment>,
-    /// What modules get of it.
-    ground: Arc<Ground>,
-    camera: Camera,
-    water: Water,
-    raw_water: abi::Water,
-    rocks: Vec<abi::Obstacle>,
     simd_level: u32,
     debug: bool,
     trace: bool,
     pub(crate) members: Vec<Member>,
     pub(crate) exchange: Exchange,
-    pub(crate) pokes: Vec<ActivePoke>,
-    pub(crate) hand_camera: Option<CameraInput>,
-    pub(crate) pending: Vec<Input>,
-    pub(crate) replay: VecDeque<Entry>,
-    /// What is replayed is this run's own: whatever else comes takes its place.
-    pub(crate) relived: bool,
-    pub(crate) journal: Journal,
-    kept: Option<Kept>,
-    trains: Waves,
-    /// Those of the present step.
+    pub(crate) hands: Hands,
+    /// Waves and obstacles of the present step.
     waves: Vec<abi::Wave>,
     obstacles: Vec<abi::Obstacle>,
-    frame: Arc<Frame>,
-    spare: Vec<Arc<Frame>>,
+    frames: Frames,
     messages: VecDeque<Message>,
     step_seconds: f64,
     remember_seconds: f64,
@@ -258,54 +159,32 @@ impl World {
             let instance = instance_of(module, &module.create_json(&scene, seed), &scene.assets, plugins)?;
             members.push(Member::new(&module.name, &module.params, instance));
         }
-        let trains = Waves::new(&scene.file, seed)?;
-        let environment = Arc::new(setting::environment(&scene.file, seed, &trains));
-        let ground = Ground::new(&environment);
-        let clock = Clock::new(scene.file.scene.dt);
-        let camera = Camera::new(&scene.file.camera)?;
-        let pose = camera.pose(0.0);
+        let setting = Setting::new(scene, seed)?;
+        let clock = Clock::new(setting.scene.file.scene.dt);
         let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
         let tags: Arc<[ModuleTag]> = ModuleTag::all(&names).into();
         let frame = Frame {
             step: 0,
             time: 0.0,
-            camera: pose,
+            camera: setting.camera.pose(0.0),
             outputs: Vec::new(),
             tags: tags.clone(),
             flow: Arc::default(),
         };
-        let raw_water = raw_water(&scene);
         let simd_level = options.simd_level.unwrap_or_else(|| reef_flow::Level::best().code());
-        let recent = options.remember.map(|every| {
-            let fixed = Fixed { seed, simd_level, water: raw_water, ground: ground.clone() };
-            Recent::new(every, members.len(), fixed)
-        });
+        let recent =
+            options.remember.map(|every| Recent::new(every, members.len(), setting.fixed(simd_level)));
         let mut world = Self {
-            seed,
             clock,
-            water: Water::new(&scene)?,
-            raw_water,
-            rocks: setting::rocks(&environment),
-            environment,
-            ground,
-            camera,
             simd_level,
-            debug: scene.file.scene.debug,
+            debug: setting.scene.file.scene.debug,
             trace: options.trace,
             exchange: Exchange::new(tags),
             members,
-            pokes: Vec::new(),
-            hand_camera: None,
-            pending: Vec::new(),
-            replay: VecDeque::new(),
-            relived: false,
-            journal: Journal::new(&scene.name, seed, clock.dt, 0),
-            kept: None,
-            trains,
+            hands: Hands::new(setting.journal_from(0)),
             waves: Vec::new(),
             obstacles: Vec::new(),
-            frame: Arc::new(frame),
-            spare: Vec::new(),
+            frames: Frames::new(frame),
             messages: VecDeque::new(),
             step_seconds: 0.0,
             remember_seconds: 0.0,
@@ -313,7 +192,7 @@ impl World {
             history: History::new(options.history),
             faults: Vec::new(),
             serial: 0,
-            scene: Arc::new(scene),
+            setting,
         };
         world.look();
         Ok(world)
@@ -321,18 +200,18 @@ impl World {
 
     /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
-        &self.scene
+        &self.setting.scene
     }
 
     /// All files that it was made of: the scene's, and those that its modules read.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = self.members.iter().flat_map(|member| member.instance.assets()).map(|asset| asset.path);
-        self.scene.files.iter().cloned().chain(own).collect()
+        self.setting.scene.files.iter().cloned().chain(own).collect()
     }
 
     /// What the renderer needs of the scene.
     pub fn environment(&self) -> &Arc<Environment> {
-        &self.environment
+        &self.setting.environment
     }
 
     /// The clock.
@@ -342,17 +221,17 @@ impl World {
 
     /// The seed of this run.
     pub fn seed(&self) -> u64 {
-        self.seed
+        self.setting.seed
     }
 
     /// The scene's camera.
     pub fn camera(&self) -> &Camera {
-        &self.camera
+        &self.setting.camera
     }
 
     /// The sea after the last step.
     pub fn frame(&self) -> &Arc<Frame> {
-        &self.frame
+        self.frames.newest()
     }
 
     /// Real time that the last step took [s].
@@ -395,118 +274,6 @@ impl World {
         self.debug = on;
     }
 
-    /// Value of a module's parameter in the next step.
-    pub fn param(&self, module: usize, id: u32) -> Option<f64> {
-        let member = self.members.get(module)?;
-        let waiting = self.pending.iter().rev().find_map(|input| match input {
-            Input::Param(param) if param.id == id && param.module == member.name => Some(param.value),
-            _ => None,
-        });
-        waiting.or_else(|| member.instance.param(id).ok())
-    }
-
-    /// Changes a parameter with the next step. False: there is no such parameter, or the value is outside of
-    /// its range.
-    pub fn set_param(&mut self, module: usize, id: u32, value: f64) -> bool {
-        let Some(member) = self.members.get(module) else { return false };
-        let Some(param) = member.instance.info().params.iter().find(|param| param.id == id) else {
-            return false;
-        };
-        if !(param.minimum..=param.maximum).contains(&value) {
-            return false;
-        }
-        let input = ParamInput { module: member.name.clone(), key: param.key.clone(), id, value };
-        // A slider that is dragged says much in one step; only the last word counts.
-        let same = |input: &Input| matches!(input, Input::Param(p) if p.id == id && p.module == member.name);
-        self.pending.retain(|input| !same(input));
-        self.pending.push(Input::Param(input));
-        true
-    }
-
-    /// Touches the water with the next step. False: the numbers make no sense.
-    pub fn poke(&mut self, poke: Poke) -> bool {
-        let sound = poke.is_sound();
-        if sound {
-            self.pending.push(Input::Poke(poke));
-        }
-        sound
-    }
-
-    /// What the modules take for the camera from the next step on; None: the scene's own. Written down only
-    /// when it changes.
-    pub fn set_camera(&mut self, pose: Option<CameraPose>) {
-        let camera = pose.map(CameraInput::from);
-        if camera.is_some_and(|camera| camera.pose().is_none()) {
-            return;
-        }
-        let waiting = self.pending.iter().rev().find_map(|input| match input {
-            Input::Camera(camera) => Some(*camera),
-            _ => None,
-        });
-        if waiting.unwrap_or(self.hand_camera) != camera {
-            self.pending.retain(|input| !matches!(input, Input::Camera(_)));
-            self.pending.push(Input::Camera(camera));
-        }
-    }
-
-    /// All that came from outside so far.
-    pub fn journal(&self) -> &Journal {
-        &self.journal
-    }
-
-    /// Keeps the journal in a file from now on.
-    pub fn write_journal_to(&mut self, path: &Path) -> Result<(), WriteError> {
-        let kept = Kept::begin(path, &self.journal)?;
-        if kept.is_whole_at_all_times() {
-            note_saved("journal", format!("The journal {} holds all inputs.", path.display()));
-        }
-        self.kept = Some(kept);
-        Ok(())
-    }
-
-    /// Writes the journal's file at the end of the run.
-    pub fn flush_journal(&mut self) -> Result<(), WriteError> {
-        self.kept.as_mut().map_or(Ok(()), |kept| kept.finish(&self.journal))
-    }
-
-    /// Feeds a journal's inputs again, each in its step. `Err`: it belongs to another run.
-    pub fn replay(&mut self, journal: Journal) -> Result<(), String> {
-        let header = &journal.header;
-        let differs = |what: &str, there: String, here: String| {
-            Err(format!("the journal is of {what} {there}, this run is of {what} {here}"))
-        };
-        if header.scene != self.scene.name {
-            return differs("the scene", format!("{:?}", header.scene), format!("{:?}", self.scene.name));
-        }
-        if header.seed != self.seed {
-            return differs("the seed", header.seed.to_string(), self.seed.to_string());
-        }
-        if header.dt != self.clock.dt {
-            return differs("the step", format!("{} s", header.dt), format!("{} s", self.clock.dt));
-        }
-        if header.from_step > self.clock.step {
-            return Err(format!(
-                "the journal begins at step {}, this run is at step {}",
-                header.from_step, self.clock.step
-            ));
-        }
-        for entry in &journal.entries {
-            if let Input::Param(param) = &entry.input
-                && !self.members.iter().any(|member| member.name == param.module)
-            {
-                return Err(format!(
-                    "the journal names the module {:?}, which this scene has not",
-                    param.module
-                ));
-            }
-        }
-        let now = self.clock.step;
-        self.replay = journal.entries.into_iter().filter(|entry| entry.step > now).collect();
-        self.relived = false;
-        self.history.forget_from(now + 1);
-        Ok(())
-    }
-
     /// One step.
     pub fn step(&mut self) {
         self.step_with(0);
@@ -528,31 +295,23 @@ impl World {
         self.remember();
         self.remember_seconds = stepped.elapsed().as_secs_f64();
         self.step_seconds = began.elapsed().as_secs_f64();
-        self.journal.end = self.clock.step;
-        if let Some(kept) = &mut self.kept
-            && (kept.lacks_inputs(&self.journal) || self.clock.step.is_multiple_of(JOURNAL_STEPS))
-            && let Err(error) = kept.update(&self.journal)
-        {
-            self.tell("", error.to_string());
-            self.kept = None;
-        }
+        self.write_down();
     }
 
     /// Back to the start, as if the scene had just been loaded. The journal begins anew.
     pub fn reset(&mut self) {
-        self.pending.clear();
-        self.replay.clear();
+        self.hands.pending.clear();
+        self.hands.replay.clear();
         self.history.forget_from(0);
         self.history.root();
-        self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, 0);
+        self.hands.journal = self.setting.journal_from(0);
         self.begin_again();
     }
 
     /// Back to the start; what came from outside, and what is remembered, stays.
     pub(crate) fn begin_again(&mut self) {
         self.clock.step = 0;
-        self.pokes.clear();
-        self.hand_camera = None;
+        self.hands.let_go();
         self.exchange.clear();
         for at in 0..self.members.len() {
             self.members[at].begin_anew();
@@ -620,37 +379,17 @@ impl World {
     }
 
     /// The still part of an edited scene, and what was said in it.
-    pub(crate) fn settle(
-        &mut self,
-        seed: u64,
-        environment: Arc<Environment>,
-        trains: Waves,
-        camera: Camera,
-        water: Water,
-        raw_water: abi::Water,
-        exchange: Exchange,
-    ) {
-        self.seed = seed;
-        self.trains = trains;
-        self.rocks = setting::rocks(&environment);
-        self.ground = Ground::new(&environment);
-        self.environment = environment;
-        (self.camera, self.water, self.raw_water, self.exchange) = (camera, water, raw_water, exchange);
-        self.replay.clear();
-        self.pending.clear();
+    pub(crate) fn settle(&mut self, setting: Setting, exchange: Exchange) {
+        (self.setting, self.exchange) = (setting, exchange);
+        self.hands.replay.clear();
+        self.hands.pending.clear();
+        self.hands.journal = self.setting.journal_from(self.clock.step);
         self.faults.clear();
         self.history.graft();
         if let Some(recent) = &mut self.recent {
             recent.forget();
-            let ground = self.ground.clone();
-            let fixed = Fixed { seed, simd_level: self.simd_level, water: raw_water, ground };
-            *recent = Recent::new(recent.every(), self.members.len(), fixed);
+            *recent = Recent::new(recent.every(), self.members.len(), self.setting.fixed(self.simd_level));
         }
-    }
-
-    /// Something from outside, for the next step.
-    pub(crate) fn ask(&mut self, input: Input) {
-        self.pending.push(input);
     }
 
     /// Saves the state of a module whose turn it is.
@@ -685,58 +424,10 @@ impl World {
     /// theirs.
     pub(crate) fn show_again(&mut self) {
         self.history.graft();
-        let Frame { step, time, camera, ref flow, .. } = *self.frame;
+        let Frame { step, time, camera, ref flow, .. } = **self.frames.newest();
         let (outputs, tags) = (Vec::new(), self.exchange.tags().clone());
         let frame = Frame { step, time, camera, outputs, tags, flow: flow.clone() };
         self.publish(frame);
-    }
-
-    fn take_inputs(&mut self) {
-        for member in &mut self.members {
-            member.events.clear();
-            member.events.append(&mut member.missed);
-        }
-        let step = self.clock.step;
-        let dt = self.clock.dt;
-        self.pokes.retain(|active| step.saturating_sub(active.step) as f64 * dt < POKE_TIME);
-        if !self.pending.is_empty() {
-            self.turn(self.clock.step);
-        }
-        while self.replay.front().is_some_and(|entry| entry.step <= step) {
-            if let Some(entry) = self.replay.pop_front() {
-                self.take(entry.input);
-            }
-        }
-        for input in std::mem::take(&mut self.pending) {
-            self.take(input);
-        }
-    }
-
-    fn take(&mut self, input: Input) {
-        let step = self.clock.step;
-        match &input {
-            Input::Param(param) => {
-                for member in self.members.iter_mut().filter(|member| member.name == param.module) {
-                    member.events.push(param_event(param.id, param.value));
-                }
-            }
-            Input::Poke(poke) => {
-                for (member, tag) in self.members.iter_mut().zip(&**self.exchange.tags()) {
-                    member.events.push(abi::Event {
-                        kind: abi::EVENT_POKE,
-                        object: tag.own(poke.object),
-                        value: poke.speed,
-                        point: poke.point,
-                        ..abi::Event::default()
-                    });
-                }
-                if self.pokes.len() < MOST_POKES {
-                    self.pokes.push(ActivePoke { step, poke: *poke });
-                }
-            }
-            Input::Camera(camera) => self.hand_camera = *camera,
-        }
-        self.journal.entries.push(Entry { step, input });
     }
 
     /// Calls all modules with the same input, at the same time, then makes a frame of what they said.
@@ -744,20 +435,23 @@ impl World {
     fn run(&mut self, dt: f64, asked: u32) {
         let step = self.clock.step;
         let time = self.clock.time();
-        let pose =
-            self.hand_camera.and_then(|camera| camera.pose()).unwrap_or_else(|| self.camera.pose(time));
-        let camera = self.camera.raw(&pose);
-        self.trains.fill(time, &mut self.waves);
+        let pose = self
+            .hands
+            .camera
+            .and_then(|camera| camera.pose())
+            .unwrap_or_else(|| self.setting.camera.pose(time));
+        let camera = self.setting.camera.raw(&pose);
+        self.setting.trains.fill(time, &mut self.waves);
         self.obstacles.clear();
-        self.water.obstacles(time, &mut self.obstacles);
-        self.obstacles.extend_from_slice(&self.rocks);
+        self.setting.water.obstacles(time, &mut self.obstacles);
+        self.obstacles.extend_from_slice(&self.setting.rocks);
         let (mut flow, mut attached) = self.exchange.begin();
-        self.water.flow(time, &self.exchange, &mut flow, &mut attached);
-        for active in &self.pokes {
+        self.setting.water.flow(time, &self.exchange, &mut flow, &mut attached);
+        for active in &self.hands.pokes {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
         self.exchange.share(flow, attached);
-        let ground = self.ground.clone();
+        let ground = self.setting.ground.clone();
         let heightfield = ground.heightfield();
         let flags = asked
             | if self.trace { abi::STEP_TRACE } else { 0 }
@@ -770,10 +464,10 @@ impl World {
                 step,
                 time,
                 dt,
-                seed: self.seed,
+                seed: self.setting.seed,
                 simd_level: self.simd_level,
                 camera: &camera,
-                water: &self.raw_water,
+                water: &self.setting.raw_water,
                 heightfield,
                 flow: exchange.flow_for(at),
                 waves: &self.waves,
@@ -822,47 +516,9 @@ impl World {
         self.publish(Frame { step, time, camera: pose, outputs, tags, flow });
     }
 
-    /// Makes a frame the newest; the memory of one that nobody holds any more is used again.
-    fn publish(&mut self, mut frame: Frame) {
-        let mut free = None;
-        for at in 0..self.spare.len() {
-            if Arc::get_mut(&mut self.spare[at]).is_some() {
-                free = Some(self.spare.swap_remove(at));
-                break;
-            }
-        }
-        let outputs = self.members.iter().map(|member| member.instance.outputs().clone());
-        let next = match free {
-            Some(mut old) => {
-                if let Some(old) = Arc::get_mut(&mut old) {
-                    let mut list: Vec<Arc<Outputs>> = std::mem::take(&mut old.outputs);
-                    list.clear();
-                    list.extend(outputs);
-                    frame.outputs = list;
-                    *old = frame;
-                }
-                old
-            }
-            None => {
-                frame.outputs = outputs.collect();
-                Arc::new(frame)
-            }
-        };
-        let mut old = std::mem::replace(&mut self.frame, next);
-        if self.spare.len() < SPARE_FRAMES {
-            // The outputs of a frame that only we hold go back to their modules at once.
-            if let Some(old) = Arc::get_mut(&mut old) {
-                old.outputs.clear();
-                old.flow = self.frame.flow.clone();
-            }
-            self.spare.push(old);
-        }
-        for spare in &mut self.spare {
-            if let Some(spare) = Arc::get_mut(spare) {
-                spare.outputs.clear();
-                spare.flow = self.frame.flow.clone();
-            }
-        }
+    /// Makes a frame the newest, with what the modules put out.
+    fn publish(&mut self, frame: Frame) {
+        self.frames.publish(frame, self.members.iter().map(|member| member.instance.outputs().clone()));
     }
 
     pub(crate) fn tell(&mut self, module: &str, text: String) {
@@ -880,53 +536,4 @@ impl Drop for World {
             tracing::error!("{error}");
         }
     }
-}
-
-/// Makes the instance of a module; what its plugin says about the configuration is told at its place in the
-/// scene.
-pub(crate) fn instance_of(
-    module: &Module,
-    config: &str,
-    assets: &Path,
-    plugins: &Registry,
-) -> Result<Instance, WorldError> {
-    let plugin = plugins.get(&module.plugin).ok_or_else(|| WorldError::NoPlugin(module.plugin.clone()))?;
-    plugin.create_among(config, assets).map_err(|error| match error {
-        PluginError::Config { path, message, .. } => {
-            let told = path.map_or(message.clone(), |path| format!("{path}: {message}"));
-            module.create_error(&told).into()
-        }
-        source => WorldError::Module { module: module.name.clone(), source },
-    })
-}
-
-/// The scene's water as modules read it.
-pub(crate) fn raw_water(scene: &Scene) -> abi::Water {
-    let water = &scene.file.water;
-    abi::Water {
-        density: water.density as f32,
-        viscosity: water.viscosity as f32,
-        depth: water.depth as f32,
-        spare: [0.0; 5],
-    }
-}
-
-/// How many of a module's discarded steps are told one by one.
-const FIRST_DISCARDS: u64 = 3;
-
-/// What is told of a module's discarded step with this number: all of the first ones, then each whose number
-/// is twice as great as that of the last one told.
-fn counted(number: u64, text: &str) -> Option<String> {
-    match number {
-        ..FIRST_DISCARDS => Some(text.to_owned()),
-        FIRST_DISCARDS => {
-            Some(format!("{text} (for the 3rd time: from now on every 2nd, 4th, 8th … time is told)"))
-        }
-        _ if number.is_power_of_two() => Some(format!("{text} (for the {number}th time)")),
-        _ => None,
-    }
-}
-
-fn param_event(id: u32, value: f64) -> abi::Event {
-    abi::Event { kind: abi::EVENT_PARAM, param: id, value, ..abi::Event::default() }
 }

@@ -6,8 +6,12 @@ use glam::{DVec2, DVec3};
 use reef_abi as abi;
 use reef_streams::environment::{Environment, Sun, WaterOptics};
 
-use super::{terrain, waves::Waves};
+use super::{
+    camera::Camera, ground::Ground, journal::Journal, recent::Fixed, sea::WorldError, terrain, water::Water,
+    waves::Waves,
+};
 use crate::scene::{
+    Scene,
     format::{LightTable, Optics, OpticsPreset, SceneFile},
     whole::parse_color,
 };
@@ -15,8 +19,54 @@ use crate::scene::{
 /// Refractive index of sea water.
 const INDEX: f64 = 1.33;
 
+/// All of a scene that does not change from step to step.
+#[derive(Debug)]
+pub(crate) struct Setting {
+    pub(crate) scene: Arc<Scene>,
+    /// Of this run: the scene's, or one in its place.
+    pub(crate) seed: u64,
+    /// What the renderer needs.
+    pub(crate) environment: Arc<Environment>,
+    /// What modules get of it.
+    pub(super) ground: Arc<Ground>,
+    pub(super) rocks: Vec<abi::Obstacle>,
+    pub(super) trains: Waves,
+    pub(super) camera: Camera,
+    pub(super) water: Water,
+    pub(super) raw_water: abi::Water,
+}
+
+impl Setting {
+    /// Of a scene, with this seed.
+    pub(crate) fn new(scene: Scene, seed: u64) -> Result<Self, WorldError> {
+        let trains = Waves::new(&scene.file, seed)?;
+        let environment = Arc::new(environment(&scene.file, seed, &trains));
+        Ok(Self {
+            seed,
+            ground: Ground::new(&environment),
+            rocks: rocks(&environment),
+            environment,
+            trains,
+            camera: Camera::new(&scene.file.camera)?,
+            water: Water::new(&scene)?,
+            raw_water: raw_water(&scene),
+            scene: Arc::new(scene),
+        })
+    }
+
+    /// What of it another instance needs to be brought to the present.
+    pub(super) fn fixed(&self, simd_level: u32) -> Fixed {
+        Fixed { seed: self.seed, simd_level, water: self.raw_water, ground: self.ground.clone() }
+    }
+
+    /// An empty journal that begins with this step.
+    pub(super) fn journal_from(&self, step: u64) -> Journal {
+        Journal::new(&self.scene.name, self.seed, self.scene.file.scene.dt, step)
+    }
+}
+
 /// The still part of a scene.
-pub fn environment(file: &SceneFile, seed: u64, waves: &Waves) -> Environment {
+fn environment(file: &SceneFile, seed: u64, waves: &Waves) -> Environment {
     let terrain = file.terrain.as_ref().map(|table| Arc::new(terrain::build(table, file.water.depth, seed)));
     Environment {
         optics: optics(&file.water.optics),
@@ -83,9 +133,20 @@ fn sun(light: &LightTable) -> Sun {
 }
 
 /// What nothing enters, still: the scene's capsules (whose motion [`super::water`] adds) and the rocks.
-pub fn rocks(environment: &Environment) -> Vec<abi::Obstacle> {
+fn rocks(environment: &Environment) -> Vec<abi::Obstacle> {
     let rocks = environment.terrain.iter().flat_map(|terrain| &terrain.rocks);
     rocks.enumerate().map(|(number, rock)| terrain::capsule(rock, number)).collect()
+}
+
+/// The scene's water as modules read it.
+fn raw_water(scene: &Scene) -> abi::Water {
+    let water = &scene.file.water;
+    abi::Water {
+        density: water.density as f32,
+        viscosity: water.viscosity as f32,
+        depth: water.depth as f32,
+        spare: [0.0; 5],
+    }
 }
 
 #[cfg(test)]

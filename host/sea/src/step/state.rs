@@ -125,13 +125,13 @@ impl World {
                 envelope: envelope.len() as u64,
             });
         let header = Header {
-            scene: self.scene.name.clone(),
-            seed: self.seed,
+            scene: self.setting.scene.name.clone(),
+            seed: self.setting.seed,
             dt: self.clock.dt,
             step: self.clock.step,
-            camera: self.hand_camera,
-            pokes: self.pokes.clone(),
-            journal_entries: self.journal.entries.len() as u64,
+            camera: self.hands.camera,
+            pokes: self.hands.pokes.clone(),
+            journal_entries: self.hands.journal.entries.len() as u64,
             chain: chain.map(|chain| hex(&chain.digest)),
             modules: modules.collect(),
         };
@@ -192,13 +192,14 @@ impl World {
             return Err(StateError::Module { module: self.members[at].name.clone(), source });
         }
         self.clock.step = header.step;
-        self.pokes = header.pokes;
-        self.hand_camera = header.camera;
-        self.journal = Journal::new(&self.scene.name, self.seed, self.clock.dt, header.step);
+        self.hands.pokes = header.pokes;
+        self.hands.camera = header.camera;
+        self.hands.journal =
+            Journal::new(&self.setting.scene.name, self.setting.seed, self.clock.dt, header.step);
         self.history.graft();
         // What this run had lived through before a jump back is not the loaded sea's future.
-        if std::mem::take(&mut self.relived) {
-            self.replay.clear();
+        if std::mem::take(&mut self.hands.relived) {
+            self.hands.replay.clear();
         }
         self.look_after(said.into_iter().enumerate().collect(), World::look);
         let digest = header.chain.as_deref().and_then(unhex);
@@ -219,11 +220,17 @@ impl World {
 
     fn fits(&self, header: &Header) -> Result<(), StateError> {
         let other = |text: String| Err(StateError::Other(text));
-        if header.scene != self.scene.name {
-            return other(format!("it is of the scene {:?}, not {:?}", header.scene, self.scene.name));
+        if header.scene != self.setting.scene.name {
+            return other(format!(
+                "it is of the scene {:?}, not {:?}",
+                header.scene, self.setting.scene.name
+            ));
         }
-        if header.seed != self.seed {
-            return other(format!("its seed is {}, this run's is {} (--seed {0})", header.seed, self.seed));
+        if header.seed != self.setting.seed {
+            return other(format!(
+                "its seed is {}, this run's is {} (--seed {0})",
+                header.seed, self.setting.seed
+            ));
         }
         if header.dt != self.clock.dt {
             return other(format!("its steps are {} s long, this run's {} s", header.dt, self.clock.dt));
