@@ -47,6 +47,7 @@ mod id {
     pub(super) const JET: u32 = 11;
     pub(super) const SKIN: u32 = 12;
     pub(super) const LINES: u32 = 13;
+    pub(super) const APART: u32 = 14;
 }
 
 /// What can change while the sea runs.
@@ -89,6 +90,12 @@ pub const PARAMS: &[Param] = &[
         .group("Swimming")
         .default(0.0)
         .help("They rise to the uppermost third of their boxes, and stay there."),
+    Param::float(id::APART, "apart")
+        .label("Apart")
+        .group("Swimming")
+        .range(0.0, 4.0)
+        .default(1.0)
+        .help("Factor on the distance of their middles at which they hold each other off, the mean of their widths; 0: they swim through each other."),
     Param::switch(id::GLOW, "glow")
         .label("Glow")
         .group("Looks")
@@ -140,6 +147,7 @@ impl Jellyfish {
             idle: input.param(id::IDLE),
             excess_density: input.param(id::EXCESS),
             dusk: input.param(id::DUSK) >= 0.5,
+            apart: input.param(id::APART),
             cells: input.param(id::GRID),
             steps: input.param(id::STEPS) as usize,
             detail: input.param(id::DETAIL),

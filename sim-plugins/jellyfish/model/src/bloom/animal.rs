@@ -16,6 +16,7 @@ use reef_sdk::abi::{DrawVertex, FibreNode, Flow};
 
 use super::{
     Birth, Home, Surroundings,
+    apart::{Body, Crowd},
     jet::{Choice, Fit, PRIMITIVES},
     skin::Skin,
 };
@@ -88,6 +89,8 @@ pub(super) struct Animal {
     /// Weight less buoyancy of its own, and for each kg/m³ more [N per metre of depth].
     weight: [f64; 2],
     pub(super) aim: DVec3,
+    /// Across its aim in its slice, in this step: out of the way of others.
+    lean: f64,
     home: Option<Home>,
     /// It does not contract before the next period begins.
     pub(super) idles: bool,
@@ -159,6 +162,7 @@ impl Animal {
             strength: usual.strength,
             weight: [species.build().weight, species.weight(1.0)],
             aim: birth.aim,
+            lean: 0.0,
             home: birth.home,
             idles: false,
             far: false,
@@ -209,7 +213,19 @@ impl Animal {
         self.slice.water().grid().n
     }
 
-    pub(super) fn step(&mut self, around: &Surroundings<'_>, field: &reef_flow::Field, choice: &Choice) {
+    /// What others see of it.
+    pub(super) fn body(&self) -> Body {
+        Body { id: self.id, place: self.place(), radius: 0.5 * self.diameter }
+    }
+
+    /// `crowd`: all of them, and which one it is.
+    pub(super) fn step(
+        &mut self,
+        around: &Surroundings<'_>,
+        field: &reef_flow::Field,
+        (crowd, own): (&Crowd, usize),
+        choice: &Choice,
+    ) {
         let tuning = around.tuning;
         let before = self.place();
         // A grid that does not fit was refused when the animal was made: its width stays.
@@ -218,6 +234,9 @@ impl Animal {
         let [narrow, broad] = [1.0 - BAND, 1.0 + BAND].map(|share| share * tuning.detail);
         self.far = if self.far { wide < broad } else { wide < narrow };
         self.drift(around, field, before);
+        let push = crowd.push(own, self.frame.x.as_dvec3(), self.way(), tuning.apart);
+        self.base += push.velocity * around.dt;
+        self.lean = push.lean;
         self.swim(around);
         self.keep(around);
         self.emit(choice);
@@ -274,8 +293,16 @@ impl Animal {
         }
     }
 
-    /// Where it aims in its slice: its own way, leant by the tilt, and homeward where it has left its home.
+    /// Where it aims in its slice: its own way, out of the way of others, leant by the tilt.
     fn course(&self, tilt: f64) -> DVec2 {
+        let way = self.way();
+        let (cos, sin) = cos_sin_f64(tilt.rem_euclid(TAU));
+        // Positive tilt is toward positive x.
+        DVec2::new(cos, -sin).rotate(way + way.perp() * self.lean)
+    }
+
+    /// Its own way in its slice, and homeward where it has left its home; of length 1.
+    fn way(&self) -> DVec2 {
         let x = self.frame.x.as_dvec3();
         let mut aim = self.aim;
         if let Some(home) = self.home {
@@ -283,9 +310,7 @@ impl Animal {
             let off = place.clamp(home.low, home.high) - place;
             aim += DVec3::new(off.x, 0.0, off.z).clamp_length_max(LEANS / HOMEWARD) * HOMEWARD;
         }
-        let (cos, sin) = cos_sin_f64(tilt.rem_euclid(TAU));
-        // Positive tilt is toward positive x.
-        DVec2::new(cos, -sin).rotate(DVec2::new(aim.dot(x), aim.y))
+        DVec2::new(aim.dot(x), aim.y).normalize_or(DVec2::Y)
     }
 
     /// Whether it swims in the period that begins.

@@ -1,6 +1,7 @@
 //! Animals in the sea: currents and waves carry each with its own water, parallel over animals.
 
 mod animal;
+mod apart;
 mod jet;
 mod lines;
 mod skin;
@@ -20,6 +21,7 @@ use crate::{
     species::Species,
 };
 use animal::Animal;
+use apart::Crowd;
 
 pub use jet::{Choice, Fit, PRIMITIVES};
 pub use lines::Shown;
@@ -98,6 +100,8 @@ pub struct Tuning {
     pub cells: f64,
     /// Steps of a near slice in 1/60 s, at the least: what contracts often has more.
     pub steps: usize,
+    /// Factor on the distance that they keep from each other; 0: none.
+    pub apart: f64,
     /// Bells that look narrower are drawn coarsely and stepped as seldom as they bear [px].
     pub detail: f64,
 }
@@ -113,6 +117,7 @@ impl Default for Tuning {
             dusk: false,
             cells: 1.0,
             steps: 2,
+            apart: 1.0,
             detail: 0.0,
         }
     }
@@ -189,6 +194,7 @@ fn within_reach(place: DVec3) -> bool {
 pub struct Bloom {
     animals: Vec<Animal>,
     field: Field,
+    crowd: Crowd,
     choice: Arc<Choice>,
     flows: Vec<Flow>,
     /// Where the vertices, and the tentacles' nodes, of each animal begin.
@@ -229,7 +235,7 @@ impl Bloom {
         }
         let flows = Vec::with_capacity(PRIMITIVES * animals.len());
         let bounds = [(); 2].map(|()| vec![0; animals.len() + 1]);
-        let mut made = Self { animals, field: Field::new(), choice, flows, bounds };
+        let mut made = Self { animals, field: Field::new(), crowd: Crowd::default(), choice, flows, bounds };
         made.gather();
         Ok(made)
     }
@@ -250,9 +256,10 @@ impl Bloom {
             return;
         }
         self.field.refill(around.flow);
-        let (field, choice) = (&self.field, &self.choice);
-        around.workers.for_each_part(Chunks::new(&mut self.animals, 1), |_, animal| {
-            animal[0].step(around, field, choice);
+        self.crowd.fill(self.animals.iter().map(Animal::body));
+        let (field, crowd, choice) = (&self.field, &self.crowd, &self.choice);
+        around.workers.for_each_part(Chunks::new(&mut self.animals, 1), |i, animal| {
+            animal[0].step(around, field, (crowd, i), choice);
         });
         self.gather();
     }

@@ -1,5 +1,6 @@
 //! The model against its paper and closed forms.
 
+mod apart;
 mod bloom;
 mod levels;
 mod library;
