@@ -64,12 +64,6 @@ impl Default for Build {
 /// Pairs of points next to the apex that no muscle joins: they hardly move.
 const BARE_PAIRS: usize = 2;
 
-/// Length over that at rest at which the fibres of a strand are taut: figure 4's springs alone let the jet draw
-/// it out to five times its length. And how stiff they are, as a share of the bell: what holds back less takes the
-/// animal farther the more often it contracts, against figure 5.
-const TAUT: f64 = 1.5;
-const FIBRES: f64 = 0.2;
-
 /// Between two points: a Hookean spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spring {
@@ -78,9 +72,6 @@ pub(crate) struct Spring {
     pub(crate) rest: f64,
     /// k [N/m per metre of depth].
     pub(crate) stiffness: f64,
-    /// Length at which its fibres are taut [m], and how stiff they are [N/m per metre of depth].
-    pub(crate) taut: f64,
-    pub(crate) fibres: f64,
 }
 
 /// Between three neighbours: an angular spring.
@@ -225,11 +216,8 @@ impl Build {
                 let ends = [inner(pair, side), 2 * pair + side];
                 let section = if pair <= margin { 1.0 } else { self.strand_section };
                 let length = made.rest[ends[0]].distance(made.rest[ends[1]]);
-                let bell = self.modulus * self.thickness / length;
-                // The bell's own springs are stiff enough.
-                let fibres = if pair <= margin { 0.0 } else { FIBRES * bell };
-                let (stiffness, taut) = (bell * section, TAUT * length);
-                made.springs.push(Spring { ends, rest: length, stiffness, taut, fibres });
+                let stiffness = self.modulus * self.thickness * section / length;
+                made.springs.push(Spring { ends, rest: length, stiffness });
                 if pair < last {
                     let points = [ends[0], ends[1], 2 * (pair + 1) + side];
                     let turns = pair < margin;
@@ -245,8 +233,7 @@ impl Build {
         for pair in first..=margin {
             let ends = [2 * pair, 2 * pair + 1];
             let length = made.rest[ends[0]].distance(made.rest[ends[1]]);
-            let stiffness = self.muscle / count as f64;
-            let spring = Spring { ends, rest: length, stiffness, taut: f64::INFINITY, fibres: 0.0 };
+            let spring = Spring { ends, rest: length, stiffness: self.muscle / count as f64 };
             let place = (pair - first) as f64 / (count - 1).max(1) as f64;
             made.muscles.push(Muscle { spring, place });
         }

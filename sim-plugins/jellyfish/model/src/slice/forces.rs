@@ -79,8 +79,8 @@ fn outer(a: DVec2, b: DVec2) -> DMat2 {
     DMat2::from_cols(a * b.x, a * b.y)
 }
 
-/// Hooke's law between two points, and where fibres are taut theirs as well. Across the spring only a pull
-/// counts: with a push the system would not be positive definite.
+/// Hooke's law between two points. Across the spring only a pull counts: with a push the system would not be
+/// positive definite.
 #[inline(always)]
 fn stretch(spring: &Spring, rest: f64, stiffness: f64, points: &[DVec2], into: &mut impl Into) {
     let [a, b] = spring.ends;
@@ -90,9 +90,7 @@ fn stretch(spring: &Spring, rest: f64, stiffness: f64, points: &[DVec2], into: &
         return;
     }
     let along = way / length;
-    let beyond = (length - spring.taut).max(0.0);
-    let fibres = if beyond > 0.0 { spring.fibres } else { 0.0 };
-    let (tension, stiffness) = (stiffness * (length - rest) + fibres * beyond, stiffness + fibres);
+    let tension = stiffness * (length - rest);
     let across = (tension / length).max(0.0);
     let grows = outer(along, along * (stiffness - across)) + DMat2::from_diagonal(DVec2::splat(across));
     into.pull(spring.ends, along * tension, grows);
@@ -172,9 +170,7 @@ impl Pose<'_> {
     pub(crate) fn energy(&self, points: &[DVec2]) -> f64 {
         let springs = self.network.springs.iter().map(|spring| {
             let [a, b] = spring.ends;
-            let length = points[a].distance(points[b]);
-            let fibres = spring.fibres * (length - spring.taut).max(0.0).powi(2);
-            0.5 * (spring.stiffness * (length - spring.rest).powi(2) + fibres)
+            0.5 * spring.stiffness * (points[a].distance(points[b]) - spring.rest).powi(2)
         });
         let turn = self.turned();
         let hinges = self.network.hinges.iter().filter_map(|hinge| {

@@ -28,9 +28,10 @@ const FASTEST: f64 = 10.0;
 /// Cells whose water a point sets in motion, for the implicit springs, at the least and at the most; and the share
 /// of k dt² of a spring of the bell that this mass is in between. Implicit springs give way by as much as k dt²
 /// outweighs the mass: so they give way alike in near and far steps, and the bell keeps its shape in both.
-const CELLS_OF_POINT: [f64; 2] = [0.6, 2.4];
-const GIVE: f64 = 1.0 / 18.0;
-/// Longest that a spring gets, over its length at rest: what would draw it out further slips along it.
+const CELLS_OF_POINT: [f64; 2] = [0.6, 3.2];
+const GIVE: f64 = 1.0 / 15.0;
+/// Longest that a spring of the bell gets in a far step, over its length at rest: what would draw it out further
+/// slips along it (strain limiting, as cloth has it).
 const LONGEST_SPRING: f64 = 1.95;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
 pub const LEAST_ROOM: f64 = 2.5;
@@ -317,14 +318,15 @@ impl<T: Real> Slice<T> {
             let way = way(*point + 0.5 * way(*point)).clamp_length_max(FASTEST * width * dt);
             *point = (*point + way).clamp(DVec2::ZERO, DVec2::splat(width));
         }
-        self.hold();
+        self.limit();
         // The apex stands for both of its pair.
         self.points[1] = self.points[0];
     }
 
-    /// Draws in what is farther from the apex than springs let it be, from the apex outward.
-    fn hold(&mut self) {
-        for spring in &self.network.springs {
+    /// Draws in what is farther from the apex than springs of the bell let it be, from the apex outward.
+    fn limit(&mut self) {
+        let margin = self.network.margin;
+        for spring in self.network.springs.iter().filter(|spring| spring.ends[1] / 2 <= margin) {
             let [inner, outer] = spring.ends;
             let way = self.points[outer] - self.points[inner];
             let longest = LONGEST_SPRING * spring.rest;

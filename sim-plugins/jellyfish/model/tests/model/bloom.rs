@@ -49,7 +49,7 @@ fn a_tilt_leans_all_of_them_and_strength_0_keeps_them_where_they_are() {
 #[test]
 fn dense_animals_rise_in_their_box_and_sink_again_and_stay_up_at_dusk() {
     let mut species = usual();
-    species.bell.excess_density = 2.5;
+    species.bell.excess_density = 4.0;
     let home = Home { low: DVec3::new(-0.2, -3.2, -0.2), high: DVec3::new(0.2, -2.8, 0.2) };
     let own = Birth { place: DVec3::new(0.0, -3.0, 0.0), home: Some(home), ..birth(3) };
     let mut bloom = Bloom::new(&[species], &[own]).expect("a bloom");
