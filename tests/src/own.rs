@@ -186,6 +186,7 @@ pub const OWN: &[Own] = &[
             "groups.count",
             "groups.scale",
             "groups.seed",
+            "params.apart",
             "params.frequency",
             "params.grid",
             "params.idle",

@@ -1,5 +1,5 @@
-//! `reef bench fish`: spring-sub-steps a second of the fish's bodies, by both methods, beside bare kernels over
-//! hot data in the same rounds; and a shoal of ten thousand bodies on the host's workers.
+//! `reef bench fish`: spring-sub-steps a second of the fish's bodies, by both methods, beside bare kernels
+//! over hot data in the same rounds; and a shoal of ten thousand bodies on the host's workers.
 
 use glam::DVec3;
 use reef_command::Common;

@@ -1,8 +1,8 @@
-//! `reef bench flow`: a step of figure 13's anemones in a sea with ten thousand singularities, each of an object
-//! of its own, beside the same step with one; and what a query of many points with owners costs.
+//! `reef bench flow`: a step of figure 13's anemones in a sea with ten thousand singularities, each of an
+//! object of its own, beside the same step with one; and what a query of many points with owners costs.
 //!
-//! The singularities are a small module's of this file, linked into the program, as fish would carry them: they
-//! go the way of a step's outputs and input.
+//! The singularities are a small module's of this file, linked into the program, as fish would carry them:
+//! they go the way of a step's outputs and input.
 
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! `reef bench meshes`: what meshes add to a frame at 640×360 — swaying plants, swimming bodies, pulsing
 //! bells — with levels of detail and without.
 //!
-//! The seas are fixed here, not in files, because they are a measure: things of `reef_render::meshes::sample` over
-//! the lit bed of `render::sample`, from near to far.
+//! The seas are fixed here, not in files, because they are a measure: things of `reef_render::meshes::sample`
+//! over the lit bed of `render::sample`, from near to far.
 
 use std::time::Instant;
 

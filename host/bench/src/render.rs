@@ -2,8 +2,8 @@
 //! with levels of detail and without, and where the time goes.
 //!
 //! The scene is fixed here, not in a file, because it is a measure: two beds of tentacles ([`NEAR`], [`FAR`])
-//! on the lit bed of `reef_render::sample`. The nearer half stands before the camera; the other half stands so far
-//! away that it is small in the picture.
+//! on the lit bed of `reef_render::sample`. The nearer half stands before the camera; the other half stands
+//! so far away that it is small in the picture.
 
 use std::time::Instant;
 

@@ -1,5 +1,5 @@
-//! `reef bench shoal`: fish-steps a second of a shoal of points on the host's workers, beside a bare kernel of
-//! as many points in the same rounds.
+//! `reef bench shoal`: fish-steps a second of a shoal of points on the host's workers, beside a bare kernel
+//! of as many points in the same rounds.
 
 use reef_command::Common;
 use reef_fish_model::shoal::bare::Bare;

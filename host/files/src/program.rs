@@ -5,7 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// This program's file. A system without /proc does not tell: then it is the one that was called by this name.
+/// This program's file. A system without /proc does not tell: then it is the one that was called by this
+/// name.
 pub fn program() -> io::Result<PathBuf> {
     env::current_exe().or_else(|error| {
         let name = env::args_os().next().map(PathBuf::from);

@@ -68,7 +68,8 @@ impl Data<'_> {
 /// Something that is bound to a shader.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A storage, uniform or texel buffer, as the shader has it. Of a texel buffer the shader sees all texels.
+    /// A storage, uniform or texel buffer, as the shader has it. Of a texel buffer the shader sees all
+    /// texels.
     Buffer(Data<'a>),
     /// A texture with the way of sampling it.
     Texture(&'a Image, vk::Sampler),

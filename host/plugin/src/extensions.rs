@@ -1,5 +1,5 @@
-//! What a plugin may ask for by name (`get_extension`): tables that the contract has not taken up as fields of
-//! its own.
+//! What a plugin may ask for by name (`get_extension`): tables that the contract has not taken up as fields
+//! of its own.
 
 use std::{ffi::c_void, ptr, sync::LazyLock};
 

@@ -16,9 +16,9 @@
 //!
 //! What only `reef plugin check` does to a plugin is in `bare`.
 //!
-//! `unsafe` lives in `guard`, `copies`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`, `library`,
-//! `lent`, `frozen`, `life`, `probe`, `instance`, `bare` and the two functions of `recorder` that a plugin
-//! calls.
+//! `unsafe` lives in `guard`, `copies`, `marker`, `pool`, `generation`, `scratch`, `services`, `info`,
+//! `library`, `lent`, `frozen`, `life`, `probe`, `instance`, `bare` and the two functions of `recorder` that
+//! a plugin calls.
 
 mod assets;
 #[cfg(target_os = "linux")]

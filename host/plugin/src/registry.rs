@@ -162,8 +162,8 @@ impl Registry {
         taken.map_or(Ok(()), Err)
     }
 
-    /// Knows of a build that another process has [looked](probe::look) at: it is loaded when somebody asks for
-    /// one of its plugins. `Err`: another file has one of them.
+    /// Knows of a build that another process has [looked](probe::look) at: it is loaded when somebody asks
+    /// for one of its plugins. `Err`: another file has one of them.
     pub fn learn(&mut self, path: &Path, ids: &[String], workers: usize) -> Result<(), Refusal> {
         self.absorb();
         self.dormant.retain(|dormant| dormant.path != path);

@@ -46,8 +46,8 @@ pub(crate) trait Tagged {
 /// Is this a context of this kind that the host handed out?
 ///
 /// # Safety
-/// NULL, misaligned, or memory that can be read: only the mark is read. Where that is not so, whoever calls it
-/// is at fault by the marker.
+/// NULL, misaligned, or memory that can be read: only the mark is read. Where that is not so, whoever calls
+/// it is at fault by the marker.
 pub(crate) unsafe fn is_ours<T: Tagged>(context: *const T) -> bool {
     // SAFETY: the caller's promise.
     !context.is_null() && context.is_aligned() && unsafe { (*context.byte_add(T::AT).cast::<Tag>()).is_set() }

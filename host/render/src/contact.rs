@@ -76,9 +76,10 @@ impl ContactMap {
         Self { origin, extent, texels }
     }
 
-    /// What changes when the map has to be made anew: where things stand, to a centimetre, and of what goes up
-    /// from the ground how large it is and what it covers, to a hundredth. The sizes of what has all at one
-    /// height are left out because they sway: a map a frame would cost more than all the rest of the picture.
+    /// What changes when the map has to be made anew: where things stand, to a centimetre, and of what goes
+    /// up from the ground how large it is and what it covers, to a hundredth. The sizes of what has all at
+    /// one height are left out because they sway: a map a frame would cost more than all the rest of the
+    /// picture.
     pub fn key(standers: &[Stander]) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut add = |v: i64| hash = (hash ^ v as u64).wrapping_mul(0x0000_0100_0000_01b3);

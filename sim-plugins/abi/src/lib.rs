@@ -1,8 +1,8 @@
 //! The Rust mirror of `reef_sim.h`, item by item, without the prefix `reef_`.
 //!
-//! The header is the contract and holds the rules; this crate only spells it for Rust, section by section. The tests of this
-//! package compile the header as C11 and C++11 and compare every size, offset and alignment with what stands
-//! here.
+//! The header is the contract and holds the rules; this crate only spells it for Rust, section by section.
+//! The tests of this package compile the header as C11 and C++11 and compare every size, offset and alignment
+//! with what stands here.
 
 #![allow(missing_docs, reason = "the header documents each item; what it says in comments stands here too")]
 

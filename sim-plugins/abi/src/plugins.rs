@@ -50,7 +50,8 @@ pub struct Writer {
     pub spare: u32,
     pub ctx: *mut c_void,
     pub write: Option<unsafe extern "C" fn(ctx: *mut c_void, bytes: *const c_void, length: u64) -> i32>,
-    /// So many bytes are still to come, as far as is known: room for them is made at once. Need not be called.
+    /// So many bytes are still to come, as far as is known: room for them is made at once. Need not be
+    /// called.
     pub expect: Option<unsafe extern "C" fn(ctx: *mut c_void, length: u64) -> i32>,
 }
 

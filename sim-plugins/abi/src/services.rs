@@ -149,8 +149,8 @@ pub struct Host {
     pub log: Option<unsafe extern "C" fn(ctx: *mut c_void, level: u32, text: *const c_char, length: u64)>,
     /// The message of the failure that is about to be returned. [any]
     pub set_error: Option<unsafe extern "C" fn(ctx: *mut c_void, text: *const c_char, length: u64)>,
-    /// Not 0: the watchdog asks this call to return soon: with DISCARD where the state is as it was before the
-    /// step, else with ERROR. What comes too late is the library's fault. [any]
+    /// Not 0: the watchdog asks this call to return soon: with DISCARD where the state is as it was before
+    /// the step, else with ERROR. What comes too late is the library's fault. [any]
     pub should_stop: Option<unsafe extern "C" fn(ctx: *mut c_void) -> u32>,
     /// Calls job(user, i, worker) for i in 0..count on the host's workers and returns when all are done. A
     /// call from a job runs inline. Which worker runs what is not defined: write only what belongs to i.

@@ -49,9 +49,9 @@ pub enum Owner<'a> {
     Each(&'a [u64]),
 }
 
-/// The velocity of the sea at each point, whose positions are relative to `origin` [m], without what its owner
-/// emits. Takes as many points as the shortest of the lists has. The same bytes as by [`sample`], with all of
-/// the field packed for each owner; but a piece of points with one owner pays only for what is near.
+/// The velocity of the sea at each point, whose positions are relative to `origin` [m], without what its
+/// owner emits. Takes as many points as the shortest of the lists has. The same bytes as by [`sample`], with
+/// all of the field packed for each owner; but a piece of points with one owner pays only for what is near.
 pub fn sample_field(
     level: Level,
     field: &Field,

@@ -197,9 +197,9 @@ impl Host {
         }
     }
 
-    /// One of the module's own files, by its path within the module's folder of assets. In `create` and `load`,
-    /// not in a step. `Err`: there is none, or it may not be read; turned into the error of a create, it leaves
-    /// the word to the host, which says them.
+    /// One of the module's own files, by its path within the module's folder of assets. In `create` and
+    /// `load`, not in a step. `Err`: there is none, or it may not be read; turned into the error of a create,
+    /// it leaves the word to the host, which says them.
     pub fn asset(&self, name: &str) -> Result<Vec<u8>, AssetError> {
         let refused = || AssetError { name: name.to_owned() };
         let read = self.raw.asset_read.ok_or_else(refused)?;

@@ -1,5 +1,6 @@
-//! What is worked out once and shared by all that need it at a time: an instance that is made beside another of
-//! the same table, as for a load, does not work it out again. A library that is unloaded leaves nothing behind.
+//! What is worked out once and shared by all that need it at a time: an instance that is made beside another
+//! of the same table, as for a load, does not work it out again. A library that is unloaded leaves nothing
+//! behind.
 
 use std::{
     ops::Deref,
@@ -37,8 +38,8 @@ impl<T> Kept<T> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The one of which `is` says so, or else what `make` makes, or its error. Two that ask at the same time get
-    /// the same.
+    /// The one of which `is` says so, or else what `make` makes, or its error. Two that ask at the same time
+    /// get the same.
     pub fn get<E>(
         &'static self,
         is: impl Fn(&T) -> bool,

@@ -159,8 +159,8 @@ impl<'a> StepInput<'a> {
         self.raw.flags & abi::STEP_DEBUG != 0
     }
 
-    /// Nobody looks at this step: fibres, meshes and sprites may be left out. Where objects are, flow, actors,
-    /// what is asked for, and the state are those of a step that is seen.
+    /// Nobody looks at this step: fibres, meshes and sprites may be left out. Where objects are, flow,
+    /// actors, what is asked for, and the state are those of a step that is seen.
     pub fn is_unseen(&self) -> bool {
         self.raw.flags & abi::STEP_UNSEEN != 0
     }

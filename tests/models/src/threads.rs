@@ -1,4 +1,5 @@
-//! Workers on threads of their own, as a host has them: for tests that one worker or many give the same bytes.
+//! Workers on threads of their own, as a host has them: for tests that one worker or many give the same
+//! bytes.
 
 use std::{
     ffi::c_void,

@@ -70,7 +70,8 @@ fn without_plugins_the_list_says_so() {
     assert!(String::from_utf8(output.stdout).unwrap().starts_with("No plugins"));
 }
 
-/// `reef plugin list` where the shell's words were done first, in a world of its own; None: nobody may make one.
+/// `reef plugin list` where the shell's words were done first, in a world of its own; None: nobody may make
+/// one.
 #[cfg(target_os = "linux")]
 fn list_after(words: &str, program: &std::path::Path, plugins: &std::path::Path) -> Option<Output> {
     let shell = format!("{words} || exit 99; exec \"$@\"");

@@ -1,4 +1,5 @@
-//! What the host lends beyond streams, as the SDK shows it: owners of points, limits, files of the module's own.
+//! What the host lends beyond streams, as the SDK shows it: owners of points, limits, files of the module's
+//! own.
 
 use std::fs;
 

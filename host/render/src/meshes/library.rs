@@ -31,7 +31,8 @@ pub struct Shelf {
     pub indices: Vec<u32>,
     /// How each mesh stands.
     pub forms: Vec<Form>,
-    /// Vertices and indices of an instance of each mesh at most: at two levels, where one fades into the next.
+    /// Vertices and indices of an instance of each mesh at most: at two levels, where one fades into the
+    /// next.
     pub most: Vec<[u64; 2]>,
     numbers: HashMap<[u8; 32], u32>,
 }

@@ -1,4 +1,5 @@
-//! What comes from outside: hands in the window, a journal that is replayed, and what is written down of both.
+//! What comes from outside: hands in the window, a journal that is replayed, and what is written down of
+//! both.
 
 use std::{collections::VecDeque, path::Path};
 

@@ -1,9 +1,9 @@
 //! [`sea`] steps its modules (`member`) with a fixed [`clock`] in what does not change while it runs
 //! (`setting`: [`camera`], [`water`] with its keyframed flow, [`waves`], [`terrain`]), with what came from
 //! outside (`hands`: the [`journal`], `kept` in a file) and what modules told one another in the step before
-//! (`exchange`), and makes `frames` of it; a [`timeline`] keeps the last two steps, `recent` those that another
-//! instance would have to make up for, and [`history`] states to which the sea can go back. [`state`] saves
-//! and loads all of it; [`record`] and [`hash`] write down what happened.
+//! (`exchange`), and makes `frames` of it; a [`timeline`] keeps the last two steps, `recent` those that
+//! another instance would have to make up for, and [`history`] states to which the sea can go back. [`state`]
+//! saves and loads all of it; [`record`] and [`hash`] write down what happened.
 
 pub mod camera;
 pub mod clock;

@@ -28,9 +28,9 @@ pub fn base(forward: Vec3, up: Vec3) -> [Vec3; 3] {
 /// How far a fin's frame is scaled down at least.
 const LEAST: f32 = 0.5;
 
-/// The frames of all segments, nose first, relative to the fish's origin [m], x forward, y up, z right: into as
-/// many as a body has segments, at `size` times the species'. A fin's corners are its nodes: its frame is scaled
-/// with it, and askew to the body's way where it is.
+/// The frames of all segments, nose first, relative to the fish's origin [m], x forward, y up, z right: into
+/// as many as a body has segments, at `size` times the species'. A fin's corners are its nodes: its frame is
+/// scaled with it, and askew to the body's way where it is.
 pub fn sections(plan: &Plan, positions: &[[f32; 3]], size: f32, into: &mut [Joint]) {
     let at = |node: usize| Vec3::from(positions[node]);
     let middle =

@@ -1,6 +1,6 @@
 //! A bloom of 64 for some minutes: `cargo run -p reef-jellyfish-model --example jellyfish_bloom [MINUTES]`.
-//! Each minute: the greatest tilt of an animal that swims, how near the surface and how far out of its box one
-//! came, the longest springs over their length at rest, the fastest water.
+//! Each minute: the greatest tilt of an animal that swims, how near the surface and how far out of its box
+//! one came, the longest springs over their length at rest, the fastest water.
 
 use glam::{DVec3, Vec3};
 use reef_jellyfish_model::{

@@ -1,8 +1,8 @@
 //! What is on a bell: a picture of both of its sides, painted from the species' table, and how much of what
 //! is behind it each place hides.
 //!
-//! From left to right: around the bell. From the last row up: from the outer apex over the margin to the inner
-//! one, as the mesh's v goes.
+//! From left to right: around the bell. From the last row up: from the outer apex over the margin to the
+//! inner one, as the mesh's v goes.
 
 use reef_flow::color::{byte, linear_rgb};
 

@@ -106,7 +106,8 @@ pub fn toward(now: f32, wanted: f32, pace: f32) -> f32 {
     if way.abs() <= pace { wanted } else { now + pace.copysign(way) }
 }
 
-/// Distance [m] from an eye of the nearest point of a line of length `long` [m] that stands upright on `foot`.
+/// Distance [m] from an eye of the nearest point of a line of length `long` [m] that stands upright on
+/// `foot`.
 pub(crate) fn upright_distance(eye: DVec3, foot: DVec3, long: f64) -> f64 {
     DVec3::new(foot.x, eye.y.clamp(foot.y, foot.y + long), foot.z).distance(eye)
 }

@@ -1,4 +1,5 @@
-//! What is on a blade: a picture of its veins, its edges' shade, what grows on it, and where old ones are torn.
+//! What is on a blade: a picture of its veins, its edges' shade, what grows on it, and where old ones are
+//! torn.
 //!
 //! From left to right: from one edge to the other. From the last row up: from the root to the tip.
 

@@ -58,8 +58,8 @@ fn is(name: *const Name, plugin: &str) -> bool {
 static SAVED: Mutex<Vec<(&'static str, String)>> = Mutex::new(Vec::new());
 static SAVED_TEXT: AtomicPtr<String> = AtomicPtr::new(ptr::null_mut());
 
-/// Notes what is on the disk of a run that ends in the middle, as a sentence: it is in the last words. `whose`
-/// tells apart what replaces one another.
+/// Notes what is on the disk of a run that ends in the middle, as a sentence: it is in the last words.
+/// `whose` tells apart what replaces one another.
 pub fn note_saved(whose: &'static str, sentence: String) {
     let mut all = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
     all.retain(|(known, _)| *known != whose);

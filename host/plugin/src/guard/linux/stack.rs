@@ -58,8 +58,8 @@ impl Thread {
         Some(time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64)
     }
 
-    /// Interrupts it where it waits in the system. Nothing happens where it is over: `pthread_kill` would read
-    /// its memory, which is gone once it is joined.
+    /// Interrupts it where it waits in the system. Nothing happens where it is over: `pthread_kill` would
+    /// read its memory, which is gone once it is joined.
     pub(super) fn nudge(&self) {
         // SAFETY: numbers; a thread of this process alone can get the signal, whose handler is in place.
         unsafe { libc::syscall(libc::SYS_tgkill, libc::getpid(), self.task, signals::NUDGE) };

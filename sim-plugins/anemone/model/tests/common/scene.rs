@@ -55,8 +55,8 @@ pub fn species(name: &str) -> Species {
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed, what has a `body` a
-/// fish, what has a `bell` a jellyfish.
+/// All species of anemones and seagrasses in assets. What stands on a `stem` is a seaweed, what has a `body`
+/// a fish, what has a `bell` a jellyfish.
 pub fn species_names() -> Vec<String> {
     let mut names = reef_model_tests::species::names(|_| true);
     names.retain(|name| {

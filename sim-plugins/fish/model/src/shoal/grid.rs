@@ -1,7 +1,8 @@
 //! Who is near whom: the fish of one kind sorted by the cells of a lattice, as arrays.
 //!
-//! The lattice repeats itself, so that few cells do for any sea: who is in the same cell of another repetition
-//! is only looked at in vain. In a cell fish go by their numbers: their order depends on where they are alone.
+//! The lattice repeats itself, so that few cells do for any sea: who is in the same cell of another
+//! repetition is only looked at in vain. In a cell fish go by their numbers: their order depends on where
+//! they are alone.
 
 use glam::Vec3;
 use reef_sdk::{Chunks, Workers};

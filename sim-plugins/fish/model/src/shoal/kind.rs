@@ -55,8 +55,8 @@ impl Kind {
         self.mind.range as f32
     }
 
-    /// Side of the cells that its fish are sorted by, in lengths: a share of how far they usually take note of
-    /// each other.
+    /// Side of the cells that its fish are sorted by, in lengths: a share of how far they usually take note
+    /// of each other.
     pub(super) fn cell(&self) -> f64 {
         const SHARE: f64 = 0.7;
         SHARE * f64::from(least_reach(self) * self.range()).sqrt()

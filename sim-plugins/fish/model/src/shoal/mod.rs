@@ -4,8 +4,8 @@
 //! gait of the same body ([`crate::gait`]), and go over without a jump ([`act`]).
 //!
 //! A step goes in waves over fixed chunks: what each fish wants, eight fish of a kind at once in the order of
-//! its grid ([`decide`]); how points follow; then the bodies, eight fish of a kind at once. Nothing depends on
-//! who runs a chunk.
+//! its grid ([`decide`]); how points follow; then the bodies, eight fish of a kind at once. Nothing depends
+//! on who runs a chunk.
 
 mod act;
 pub mod bare;

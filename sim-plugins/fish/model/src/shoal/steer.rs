@@ -1,5 +1,6 @@
-//! Where fish want to go, and how fast: Reynolds' (1987) separation, alignment and cohesion, under what Tu and
-//! Terzopoulos (1994) put first: not to bump into anything, then fear, hunger and love. Eight fish at once.
+//! Where fish want to go, and how fast: Reynolds' (1987) separation, alignment and cohesion, under what Tu
+//! and Terzopoulos (1994) put first: not to bump into anything, then fear, hunger and love. Eight fish at
+//! once.
 
 use fearless_simd::{Select, Simd, f32x8, mask32x8, prelude::*};
 use reef_flow::{

@@ -20,8 +20,8 @@ const CLEAR: f64 = 1.5;
 /// How strongly it turns at a wall.
 const STRENGTH: f32 = 4.0;
 
-/// The way off the walls of boxes, from 0 at the margin to [`STRENGTH`] at the wall, and on behind it; and how
-/// strongly the water carries off it whoever is too heavy, or too frightened, to turn in time, 0..1.
+/// The way off the walls of boxes, from 0 at the margin to [`STRENGTH`] at the wall, and on behind it; and
+/// how strongly the water carries off it whoever is too heavy, or too frightened, to turn in time, 0..1.
 /// `low`, `high`: corners as `at` [m]; the surface is a wall at `top` [m] for the middle of a fish.
 #[inline(always)]
 pub(super) fn boxed<S: Simd>(

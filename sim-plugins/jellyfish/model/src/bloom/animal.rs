@@ -30,7 +30,8 @@ use crate::{
 
 /// A step of the sea with one step of the slice [s].
 const STEP: f64 = 1.0 / 60.0;
-/// Longest step of what is near and of what is far, as a share of its period. Far animals swim a tenth less far.
+/// Longest step of what is near and of what is far, as a share of its period. Far animals swim a tenth less
+/// far.
 const LONGEST_SHARES: [f64; 2] = [0.00625, 0.0125];
 /// Most steps in 1/60 s.
 const MOST_STEPS: f64 = 16.0;

@@ -3,17 +3,18 @@
 
 use glam::{DVec2, DVec3};
 
-/// Distance at which animals begin to lean aside, and at which they are held off, over the sum of their radii.
+/// Distance at which animals begin to lean aside, and at which they are held off, over the sum of their
+/// radii.
 const LEANS_FROM: f64 = 1.5;
 const HELD_FROM: f64 = 1.15;
 /// Most of a lean, as a share of the aim.
 const MOST_LEAN: f64 = 0.7;
-/// How far to its side another must be, over the sum of the radii, that which side it is counts fully; and how
-/// far the one with the lower id is taken to be from one that is right ahead.
+/// How far to its side another must be, over the sum of the radii, that which side it is counts fully; and
+/// how far the one with the lower id is taken to be from one that is right ahead.
 const ASIDE: f64 = 0.2;
 const AHEAD: f64 = 0.1;
-/// Share of what they are too near by which they are held off in a second, and the most, in widths of the bell
-/// a second.
+/// Share of what they are too near by which they are held off in a second, and the most, in widths of the
+/// bell a second.
 const HOLD: f64 = 2.0;
 const MOST_HOLD: f64 = 1.0;
 

@@ -1,9 +1,9 @@
-//! What an animal does to the sea: a few whirlwinds and sources in the plane of its slice, chosen anew in each
-//! step so that they come nearest to the water of the slice (orthogonal matching pursuit).
+//! What an animal does to the sea: a few whirlwinds and sources in the plane of its slice, chosen anew in
+//! each step so that they come nearest to the water of the slice (orthogonal matching pursuit).
 //!
-//! The sea's primitives fall off in three dimensions and know neither the slice's walls nor the small eddies of
-//! a wake: [`Fit::squares`] says what four of them miss. More of them miss less, and cost everything that feels
-//! them more.
+//! The sea's primitives fall off in three dimensions and know neither the slice's walls nor the small eddies
+//! of a wake: [`Fit::squares`] says what four of them miss. More of them miss less, and cost everything that
+//! feels them more.
 
 use core::f64::consts::TAU;
 
@@ -13,8 +13,8 @@ use reef_sdk::abi::{self, Flow};
 
 use crate::{lanes::Real, slice::Slice};
 
-/// Rings of places at which the fit looks, in widths of the bell around the middle of the aperture, and places
-/// on each.
+/// Rings of places at which the fit looks, in widths of the bell around the middle of the aperture, and
+/// places on each.
 const RINGS: [f64; 3] = [0.6, 0.9, 1.3];
 const AROUND: usize = 16;
 const PLACES: usize = RINGS.len() * AROUND;
@@ -193,8 +193,8 @@ impl Choice {
     }
 }
 
-/// Solves the normal equations of the first `count` unknowns, by Cholesky's factors; all are 0 where they have
-/// no solution.
+/// Solves the normal equations of the first `count` unknowns, by Cholesky's factors; all are 0 where they
+/// have no solution.
 fn solve(matrix: &mut [[f64; PRIMITIVES]; PRIMITIVES], side: &mut [f64; PRIMITIVES], count: usize) {
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] *= 1.0 + RIDGE;

@@ -25,13 +25,14 @@ use solve::System;
 pub const LONGEST_STEP: f64 = 0.02;
 /// Greatest speed of a point, in grid widths a second: no force makes it leave its water in a step.
 const FASTEST: f64 = 10.0;
-/// Cells whose water a point sets in motion, for the implicit springs, at the least and at the most; and the share
-/// of k dt² of a spring of the bell that this mass is in between. Implicit springs give way by as much as k dt²
-/// outweighs the mass: so they give way alike in near and far steps, and the bell keeps its shape in both.
+/// Cells whose water a point sets in motion, for the implicit springs, at the least and at the most; and the
+/// share of k dt² of a spring of the bell that this mass is in between. Implicit springs give way by as much
+/// as k dt² outweighs the mass: so they give way alike in near and far steps, and the bell keeps its shape in
+/// both.
 const CELLS_OF_POINT: [f64; 2] = [0.6, 3.2];
 const GIVE: f64 = 1.0 / 15.0;
-/// Longest that a spring of the bell gets, over its length at rest: what would draw it out further (in far steps,
-/// above all) slips along it: strain limiting, as cloth has it.
+/// Longest that a spring of the bell gets, over its length at rest: what would draw it out further (in far
+/// steps, above all) slips along it: strain limiting, as cloth has it.
 const LONGEST_SPRING: f64 = 1.95;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
 pub const LEAST_ROOM: f64 = 2.5;

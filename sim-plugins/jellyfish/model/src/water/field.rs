@@ -58,8 +58,8 @@ impl<T: Real> Field<T> {
     }
 
     /// Makes the velocity across the walls exactly 0 and fills the rim for free slip: what is along a wall is
-    /// mirrored at it, what is across it is mirrored with the opposite sign. Behind the rim each row is 0: the
-    /// last vector of a row reaches there, and no state has these numbers.
+    /// mirrored at it, what is across it is mirrored with the opposite sign. Behind the rim each row is 0:
+    /// the last vector of a row reaches there, and no state has these numbers.
     pub(crate) fn close(&mut self, axis: Axis) {
         let (n, stride) = (self.n, self.stride);
         let height = if axis == Axis::X { n } else { n + 1 };

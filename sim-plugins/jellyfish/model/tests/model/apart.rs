@@ -52,8 +52,8 @@ fn two_on_a_collision_course_pass_each_other() {
     assert!(turning < 1.5 * freely, "{freely} {turning}");
 }
 
-/// Seconds for which pairs of a crowd were nearer than nine tenths of their width, all together, and the longest time
-/// on end.
+/// Seconds for which pairs of a crowd were nearer than nine tenths of their width, all together, and the
+/// longest time on end.
 fn crowd(apart: f64) -> (f64, f64) {
     const COUNT: usize = 64;
     let mut species: Species = usual();

@@ -17,8 +17,8 @@ use reef_sdk::{
 
 use crate::sea::{birth, names, read, usual};
 
-/// Greatest length of a spring of the bell, and of a strand, over that at rest. A strand has a hundredth of the
-/// bell's section (the paper's figure 11): the jet draws it out, near and far.
+/// Greatest length of a spring of the bell, and of a strand, over that at rest. A strand has a hundredth of
+/// the bell's section (the paper's figure 11): the jet draws it out, near and far.
 const LONGEST: [f64; 2] = [2.0, 6.0];
 /// A setting of `detail` that draws and steps every animal coarsely.
 const ALL_FAR: f64 = 1e9;
@@ -74,7 +74,8 @@ fn no_spring_of_a_bell_grows_beyond_twice_its_length_near_or_far() {
     }
 }
 
-/// Ten minutes of the scene of 64, whose animals are stepped coarsely where they look narrower than `detail` [px].
+/// Ten minutes of the scene of 64, whose animals are stepped coarsely where they look narrower than `detail`
+/// [px].
 fn ten_minutes(detail: f64) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../assets/scenes/jellyfish-bloom.toml");
     let text = std::fs::read_to_string(&path).expect("the scene");

@@ -1,4 +1,5 @@
-//! From a table of a scene to animals: what is placed where, what is refused by its key, and what a bell wears.
+//! From a table of a scene to animals: what is placed where, what is refused by its key, and what a bell
+//! wears.
 
 use glam::DVec3;
 use reef_jellyfish_model::{config::Config, paint::Paint, sow::Stock, species::Look};

@@ -1,5 +1,5 @@
-//! assets/species/JELLYFISH.md, which is made from the code and the files and held to them here. After a change:
-//! REEF_WRITE_TABLE=1 cargo test -p reef-jellyfish-model --test model species
+//! assets/species/JELLYFISH.md, which is made from the code and the files and held to them here. After a
+//! change: REEF_WRITE_TABLE=1 cargo test -p reef-jellyfish-model --test model species
 
 use reef_jellyfish_model::species::Species;
 use reef_model_tests::species::{self as tables, parameters};

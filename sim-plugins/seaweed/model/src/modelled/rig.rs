@@ -3,8 +3,8 @@
 //! A joint's bone goes up its own Y axis, as Blender's bones do, to the joint that goes on there; one that
 //! ends the plant is as long as what hangs on it. A segment bends about one axis freely, so a bone is two: a
 //! short one that points where the bone does, and the rest of it, turned by 90° about the bone. Where a bone
-//! begins beside the axis of the one that it stands on, a stiff segment bridges the gap. At rest each joint is
-//! exactly where the file has it.
+//! begins beside the axis of the one that it stands on, a stiff segment bridges the gap. At rest each joint
+//! is exactly where the file has it.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -258,8 +258,8 @@ impl Growing {
     }
 }
 
-/// The segments of bones, and the one of each that moves what hangs on it. `tissue_of`: what a bone is of, and
-/// the lift of the bladder on it [N].
+/// The segments of bones, and the one of each that moves what hangs on it. `tissue_of`: what a bone is of,
+/// and the lift of the bladder on it [N].
 pub(super) fn segments<'a>(
     bones: &[Bone],
     tissue_of: impl Fn(usize) -> (&'a Tissue, f64),
