@@ -1,5 +1,5 @@
 //! Sine, cosine and exponential, eight lanes wide, the same bytes at every level. The coefficients are
-//! least-maximum fits on the reduced ranges; the tests hold them against f64.
+//! least-maximum fits on the reduced ranges; the tests hold them against f64. And a step that has no corners.
 
 use fearless_simd::{Select, Simd, prelude::*};
 
@@ -9,6 +9,13 @@ use crate::simd::{Lanes, clamp, mul_add, neg_mul_add};
 const HALF_PI: [f32; 3] = [1.570_796_4, -4.371_139e-8, -1.715_124_5e-15];
 const SIN: [f32; 3] = [-1.666_665_5e-1, 8.332_161e-3, -1.951_529_6e-4];
 const COS: [f32; 3] = [4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5];
+
+/// From 0 up to `from` to 1 from `to` on, without a corner: 3u² − 2u³ between them.
+#[inline]
+pub fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
+    let u = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    u * u * (3.0 - 2.0 * u)
+}
 
 /// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞ or NaN)
 /// the result stays defined but loses meaning: who has larger phases reduces them in f64 first

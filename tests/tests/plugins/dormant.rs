@@ -50,7 +50,7 @@ fn child_that_replaces() {
 }
 
 #[test]
-fn a_build_that_appears_and_that_no_module_uses_is_loaded_when_a_scene_asks() {
+fn a_new_build_that_nobody_uses_is_loaded_when_a_scene_asks() {
     let ended = child::run("dormant::child_that_watches", "run", Duration::from_secs(120));
     assert!(ended.status.is_some_and(|status| status.success()), "{}", ended.text);
 }

@@ -37,7 +37,12 @@ pub struct Args {
     #[arg(long, value_name = "N", required_unless_present_any = ["watch", "at"])]
     pub steps: Option<u64>,
     /// Go to this second of the sea and print the hash of that moment; may be repeated, forward and back.
-    #[arg(long, value_name = "T", value_parser = super::render::moment, conflicts_with_all = ["steps", "watch", "hash", "record", "save_state", "reload_at"])]
+    #[arg(
+        long,
+        value_name = "T",
+        value_parser = super::render::moment,
+        conflicts_with_all = ["steps", "watch", "hash", "record", "save_state", "reload_at"]
+    )]
     pub at: Vec<f64>,
     /// What is remembered on the way.
     #[command(flatten)]

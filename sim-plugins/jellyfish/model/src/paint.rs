@@ -4,7 +4,10 @@
 //! From left to right: around the bell. From the last row up: from the outer apex over the margin to the
 //! inner one, as the mesh's v goes.
 
-use reef_flow::color::{byte, linear_rgb};
+use reef_flow::{
+    color::{byte, linear_rgb},
+    math::smoothstep,
+};
 
 use crate::species::Look;
 
@@ -45,12 +48,6 @@ fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
     core::array::from_fn(|i| from[i] + (to[i] - from[i]) * share)
 }
 
-/// 0 up to `from`, 1 from `to` on, smooth in between.
-fn smooth(from: f64, to: f64, x: f64) -> f64 {
-    let u = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    u * u * (3.0 - 2.0 * u)
-}
-
 /// How near a place around the bell is to one of so many lines: 1 on it, 0 half way to the next.
 fn nearness(u: f64, count: f64) -> f64 {
     let place = u * count;
@@ -68,12 +65,12 @@ impl Paint {
     fn marks(&self, u: f64, v: f64) -> [f64; 4] {
         let inner = v > 0.5;
         let share = if inner { 2.0 * (1.0 - v) } else { 2.0 * v };
-        let margin = smooth(MARGIN_FROM, 1.0, share);
+        let margin = smoothstep(MARGIN_FROM, 1.0, share);
         let count = f64::from(self.look.canals);
         let canal = if inner && count > 0.0 {
             // Every other one forks half way.
-            let fork = smooth(0.45, 0.75, share) * nearness(u, 2.0 * count);
-            smooth(0.55, 0.95, nearness(u, count).max(fork)) * smooth(0.2, 0.35, share)
+            let fork = smoothstep(0.45, 0.75, share) * nearness(u, 2.0 * count);
+            smoothstep(0.55, 0.95, nearness(u, count).max(fork)) * smoothstep(0.2, 0.35, share)
         } else {
             0.0
         };
@@ -87,16 +84,16 @@ impl Paint {
             let (x, y) = (share * (sin * c - cos * s), share * (cos * c + sin * s) - SHOE_AT);
             let off = ((x * x + y * y).sqrt() - SHOE).abs();
             // Open toward the mouth.
-            let open = smooth(-0.75, -0.45, y / SHOE);
-            (1.0 - smooth(0.5 * SHOE_WIDE, 1.5 * SHOE_WIDE, off)) * open
+            let open = smoothstep(-0.75, -0.45, y / SHOE);
+            (1.0 - smoothstep(0.5 * SHOE_WIDE, 1.5 * SHOE_WIDE, off)) * open
         } else {
             0.0
         };
         let streak = if inner {
             0.0
         } else {
-            let wide = smooth(STREAKS_FROM, 1.0, share);
-            self.look.streaks * wide * smooth(0.85 - 0.55 * wide, 1.0, nearness(u, STREAKS))
+            let wide = smoothstep(STREAKS_FROM, 1.0, share);
+            self.look.streaks * wide * smoothstep(0.85 - 0.55 * wide, 1.0, nearness(u, STREAKS))
         };
         [canal, gonad, margin, streak]
     }

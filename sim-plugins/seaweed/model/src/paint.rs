@@ -3,7 +3,11 @@
 //!
 //! From left to right: from one edge to the other. From the last row up: from the root to the tip.
 
-use reef_flow::{color::byte, math::sin_f64, random::mix};
+use reef_flow::{
+    color::byte,
+    math::{sin_f64, smoothstep},
+    random::mix,
+};
 
 use crate::{looks::Palette, species::Species};
 
@@ -51,11 +55,6 @@ struct Paints<'a> {
     seed: u64,
 }
 
-fn smooth(from: f64, to: f64, x: f64) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 impl Paints<'_> {
     /// Smooth chance in the plane, 0 to 1.
     fn noise(&self, x: f64, y: f64, of: u64) -> f64 {
@@ -64,7 +63,7 @@ impl Paints<'_> {
             (hash >> 40) as f64 / (1_u64 << 24) as f64
         };
         let (i, j) = (x.floor(), y.floor());
-        let (s, t) = (smooth(0.0, 1.0, x - i), smooth(0.0, 1.0, y - j));
+        let (s, t) = (smoothstep(0.0, 1.0, x - i), smoothstep(0.0, 1.0, y - j));
         let (i, j) = (i as i64, j as i64);
         let low = corner(i, j) + (corner(i + 1, j) - corner(i, j)) * s;
         let high = corner(i, j + 1) + (corner(i + 1, j + 1) - corner(i, j + 1)) * s;
@@ -81,24 +80,24 @@ impl Paints<'_> {
         // Side veins rise from the middle to the edges; where they meet it depends on chance.
         let bowed = v - RISE * side * (1.6 - 0.6 * side) + 0.012 * self.noise(4.0 * u, 9.0 * v, 3);
         let vein = VEINS * bowed + if u < 0.0 { 0.5 } else { 0.0 };
-        let furrow = smooth(0.26, 0.5, (vein - vein.floor() - 0.5).abs());
-        shade *= 1.0 - FURROW * furrow * smooth(0.04, 0.2, side) * smooth(1.0, 0.7, side);
+        let furrow = smoothstep(0.26, 0.5, (vein - vein.floor() - 0.5).abs());
+        shade *= 1.0 - FURROW * furrow * smoothstep(0.04, 0.2, side) * smoothstep(1.0, 0.7, side);
         // A midrib is light between dark flanks.
         if look.midrib > 0.0 {
             let rib = look.midrib * (1.1 - 0.7 * v);
-            let flank = smooth(2.2 * rib, 1.1 * rib, side) * smooth(0.5 * rib, 1.0 * rib, side);
-            shade *= (1.0 - FLANK * flank) * (1.0 + 0.18 * smooth(0.8 * rib, 0.3 * rib, side));
+            let flank = smoothstep(2.2 * rib, 1.1 * rib, side) * smoothstep(0.5 * rib, 1.0 * rib, side);
+            shade *= (1.0 - FLANK * flank) * (1.0 + 0.18 * smoothstep(0.8 * rib, 0.3 * rib, side));
         }
         // Hollows of ruffles, and a thin edge that is paler.
         if look.ruffle > 0.0 && look.ruffles > 0.0 {
             let turns = look.ruffles * v + if u < 0.0 { 0.37 } else { 0.0 };
             let hollow = 0.5 + 0.5 * sin_f64(core::f64::consts::TAU * turns);
-            shade *= 1.0 - HOLLOW * hollow * smooth(0.45, 0.95, side);
+            shade *= 1.0 - HOLLOW * hollow * smoothstep(0.45, 0.95, side);
         }
-        shade *= 1.0 + 0.16 * smooth(0.9, 0.98, side);
+        shade *= 1.0 + 0.16 * smoothstep(0.9, 0.98, side);
         let grown = self.palette.ripe();
         let spots = 0.6 * self.noise(6.0 * u, 22.0 * v, 4) + 0.4 * self.noise(15.0 * u, 51.0 * v, 5);
-        let spot = smooth(0.72 - 0.14 * grown, 0.8 - 0.14 * grown, spots) * (0.3 + 0.45 * grown);
+        let spot = smoothstep(0.72 - 0.14 * grown, 0.8 - 0.14 * grown, spots) * (0.3 + 0.45 * grown);
         self.palette.blade(v, spot).map(|x| f64::from(x) * shade)
     }
 
@@ -111,9 +110,9 @@ impl Paints<'_> {
         let side = if u < 0.0 { 0.0 } else { 40.0 };
         let rough = self.noise(side, 13.0 * v, 6);
         let notch =
-            0.5 * rough * rough * rough * smooth(0.35, 0.95, v) + 0.03 * self.noise(side, 60.0 * v, 7);
+            0.5 * rough * rough * rough * smoothstep(0.35, 0.95, v) + 0.03 * self.noise(side, 60.0 * v, 7);
         let hole = 0.5 * self.noise(3.0 * u, 15.0 * v, 8) + 0.5 * self.noise(7.0 * u, 33.0 * v, 9);
-        u.abs() > 1.0 - ripe * notch * smooth(0.2, 0.5, v) || (v > 0.55 && hole > 0.86 - 0.04 * v)
+        u.abs() > 1.0 - ripe * notch * smoothstep(0.2, 0.5, v) || (v > 0.55 && hole > 0.86 - 0.04 * v)
     }
 }
 

@@ -175,18 +175,23 @@ fn a_state_of_other_fish_is_refused_and_changes_nothing() {
     assert!(shoal.save() == before);
 }
 
+/// Forges the state that a shoal is in: it must refuse that with these words, and stay in its own.
+fn refusal<'a>(shoal: &'a mut Shoal, before: &'a State) -> impl FnMut(&dyn Fn(&mut State), &str) + 'a {
+    |forge, problem| {
+        let mut forged = before.clone();
+        forge(&mut forged);
+        let refused = shoal.load(&forged).expect_err(problem);
+        assert!(refused.contains(problem), "{refused}");
+        assert!(shoal.save() == *before);
+    }
+}
+
 #[test]
 fn a_number_that_no_step_writes_is_refused_by_its_name() {
     let mut shoal = shoal(5, 5.0);
     (0..10).for_each(|_| shoal.step(&around(1e9)));
     let before = shoal.save();
-    let mut refused = |forge: &dyn Fn(&mut State), problem: &str| {
-        let mut forged = before.clone();
-        forge(&mut forged);
-        let refused = shoal.load(&forged).expect_err(problem);
-        assert!(refused.contains(problem), "{refused}");
-        assert!(shoal.save() == before);
-    };
+    let mut refused = refusal(&mut shoal, &before);
     refused(&|state| state.time = -1.0, "is of the time -1 s");
     refused(&|state| state.near[2] = 3, "has a fish, 2, that is 3; allowed: 0, 1 and 2");
     refused(&|state| state.near[2] = 0, "`origins` has 30 numbers in place of 24");
@@ -220,16 +225,11 @@ fn a_number_that_no_step_writes_is_refused_by_its_name() {
     {
         refused(&|state| state.bodies[(2 * 23 + 7) * 6 + number] = 1e6, problem);
     }
+    drop(refused);
     // The same fish, fading.
     shoal.step(&around(0.0));
     let before = shoal.save();
-    let mut refused = |forge: &dyn Fn(&mut State), problem: &str| {
-        let mut forged = before.clone();
-        forge(&mut forged);
-        let refused = shoal.load(&forged).expect_err(problem);
-        assert!(refused.contains(problem), "{refused}");
-        assert!(shoal.save() == before);
-    };
+    let mut refused = refusal(&mut shoal, &before);
     refused(
         &|state| state.bodies[(2 * 23 + 7) * 3 + 2] = 1e6,
         "whose node 7 has a way off the gait of 1000000",

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 use reef_flow::{
-    math::{cos_sin_f64, sin_f64},
+    math::{cos_sin_f64, sin_f64, smoothstep},
     random::Random,
 };
 
@@ -55,12 +55,6 @@ struct Sheet<'a> {
     chance: Chance,
 }
 
-/// From 0 to 1 between two places.
-fn smooth(from: f64, to: f64, x: f64) -> f64 {
-    let u = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    u * u * (3.0 - 2.0 * u)
-}
-
 impl Sheet<'_> {
     /// Half the width at t, as a share of the greatest.
     fn width(&self, t: f64) -> f64 {
@@ -71,13 +65,13 @@ impl Sheet<'_> {
             Outline::Kelp { stipe } => {
                 let narrow = (2.2 * self.thickness / self.half).min(0.3);
                 let blade = ((t - stipe) / (1.0 - stipe)).max(0.0);
-                let body = smooth(-0.02, 0.28, blade) * (1.0 - 0.35 * blade) * round(0.72);
+                let body = smoothstep(-0.02, 0.28, blade) * (1.0 - 0.35 * blade) * round(0.72);
                 if t < stipe { narrow } else { narrow.max(body) * round(0.9) }
             }
-            Outline::Leaf => smooth(-0.03, 0.3, t) * (1.0 - 0.4 * t) * round(0.45),
-            Outline::Ribbon => (0.7 + 0.3 * smooth(0.0, 0.2, t)) * round(0.94),
+            Outline::Leaf => smoothstep(-0.03, 0.3, t) * (1.0 - 0.4 * t) * round(0.45),
+            Outline::Ribbon => (0.7 + 0.3 * smoothstep(0.0, 0.2, t)) * round(0.94),
             Outline::Strap { goes_on: true } => 1.0,
-            Outline::Strap { goes_on: false } => (1.0 + 0.35 * smooth(0.55, 0.8, t)) * round(0.8),
+            Outline::Strap { goes_on: false } => (1.0 + 0.35 * smoothstep(0.55, 0.8, t)) * round(0.8),
         };
         share.max(least)
     }
@@ -85,7 +79,7 @@ impl Sheet<'_> {
     /// How much its edges wave at t.
     fn waving(&self, t: f64) -> f64 {
         let begin = if let Outline::Kelp { stipe } = self.outline { stipe } else { 0.0 };
-        smooth(begin + 0.02, begin + 0.22, t) * (1.0 - 0.3 * smooth(0.85, 1.0, t))
+        smoothstep(begin + 0.02, begin + 0.22, t) * (1.0 - 0.3 * smoothstep(0.85, 1.0, t))
     }
 
     fn wave(&self, turns: f64, phase: usize) -> f64 {
@@ -100,13 +94,13 @@ impl Sheet<'_> {
             // The tip is frayed: shorter here and there. The edges have notches.
             let frayed = 0.5 + 0.5 * self.wave(0.4 * u, 6);
             along *= 1.0 - self.torn * (0.08 + 0.1 * frayed);
-            let notch = self.wave(3.1 * t, 4 + side).max(0.0).powi(6) * smooth(0.35, 0.8, t);
+            let notch = self.wave(3.1 * t, 4 + side).max(0.0).powi(6) * smoothstep(0.35, 0.8, t);
             half *= 1.0 - 0.4 * self.torn * notch * u.abs();
         }
         let spot = self.spine.at(self.from + along * (self.spine.length - self.from));
         let mut across = (self.across - spot.up * spot.up.dot(self.across)).normalize_or(DVec3::X);
         if self.chance.twist != 0.0 {
-            let (cos, sin) = cos_sin_f64(self.chance.twist * smooth(0.05, 1.0, t));
+            let (cos, sin) = cos_sin_f64(self.chance.twist * smoothstep(0.05, 1.0, t));
             across = across * cos + spot.up.cross(across) * sin;
         }
         let normal = across.cross(spot.up);
@@ -218,14 +212,14 @@ impl Draft<'_> {
         let [start, end] = self.heights[number];
         let height = start + (end - start) * t;
         let (v, stipe) = match sheet.outline {
-            Outline::Strap { .. } => (height, 1.0 - smooth(0.0, 0.25, height)),
-            Outline::Kelp { stipe } => (t, 1.0 - smooth(stipe, stipe + 0.12, t)),
-            Outline::Leaf => (t, 1.0 - smooth(0.0, 0.12, t)),
-            Outline::Ribbon => (t, 1.0 - smooth(0.0, 0.18, t)),
+            Outline::Strap { .. } => (height, 1.0 - smoothstep(0.0, 0.25, height)),
+            Outline::Kelp { stipe } => (t, 1.0 - smoothstep(stipe, stipe + 0.12, t)),
+            Outline::Leaf => (t, 1.0 - smoothstep(0.0, 0.12, t)),
+            Outline::Ribbon => (t, 1.0 - smoothstep(0.0, 0.18, t)),
         };
         // A midrib tapers toward the tip.
         let rib = if look.midrib > 0.0 { look.midrib * (1.1 - 0.7 * t) } else { 0.0 };
-        let middle = if rib > 0.0 { 1.0 - smooth(0.4 * rib, 1.6 * rib, u.abs()) } else { 0.0 };
+        let middle = if rib > 0.0 { 1.0 - smoothstep(0.4 * rib, 1.6 * rib, u.abs()) } else { 0.0 };
         let share = stipe.max(0.7 * middle);
         // Blotches of growth, and edges that are thinner and paler.
         let grain = 0.5 * sheet.wave(2.7 * t + 0.6 * u, 6) + 0.5 * sheet.wave(6.1 * t - 0.9 * u, 7);
