@@ -154,7 +154,7 @@ impl<T: Plugin> Shell<T> {
                 host: self.host,
                 config: self.config.clone(),
                 spare: None,
-                saved: std::mem::take(&mut self.saved),
+                saved: StateWriter::new(),
                 broken: None,
             },
             None => Self::new(self.host, self.config.clone())?,
@@ -167,6 +167,7 @@ impl<T: Plugin> Shell<T> {
             fresh.plugin.load(&mut reader)
         };
         read_params().map_err(|error| refused(error.to_string()))?;
+        fresh.saved = std::mem::take(&mut self.saved);
         Ok(fresh)
     }
 

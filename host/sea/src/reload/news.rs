@@ -22,7 +22,7 @@ pub struct Notice {
     pub text: String,
 }
 
-/// What [`Live::tend`] did.
+/// What [`super::Live::tend`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tended {
     /// Instances took others' places: the next step is theirs.

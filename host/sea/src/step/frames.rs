@@ -51,15 +51,11 @@ impl Frames {
                 Arc::new(frame)
             }
         };
-        let mut old = std::mem::replace(&mut self.newest, next);
+        let old = std::mem::replace(&mut self.newest, next);
         if self.spare.len() < SPARE_FRAMES {
-            // The outputs of a frame that only we hold go back to their modules at once.
-            if let Some(old) = Arc::get_mut(&mut old) {
-                old.outputs.clear();
-                old.flow = self.newest.flow.clone();
-            }
             self.spare.push(old);
         }
+        // The outputs of a frame that only we hold go back to their modules at once.
         for spare in &mut self.spare {
             if let Some(spare) = Arc::get_mut(spare) {
                 spare.outputs.clear();

@@ -9,7 +9,7 @@ use std::{
 
 use reef_files::{WriteError, Writing};
 
-use super::journal::{Entry, Journal};
+use super::journal::{Entry, Header, Journal};
 
 /// A file that holds a journal.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub(crate) struct Kept {
     /// What is in the file.
     entries: usize,
     last: Option<Entry>,
-    from_step: u64,
+    header: Header,
     end: u64,
 }
 
@@ -40,15 +40,20 @@ impl Kept {
             let (file, end) = whole(path, journal)?;
             Place::File(file, end)
         };
-        let mut kept = Self { path: path.to_owned(), place, entries: 0, last: None, from_step: 0, end: 0 };
-        kept.holds(journal);
-        Ok(kept)
+        Ok(Self {
+            path: path.to_owned(),
+            place,
+            entries: journal.entries.len(),
+            last: journal.entries.last().cloned(),
+            header: journal.header.clone(),
+            end: journal.end,
+        })
     }
 
     fn holds(&mut self, journal: &Journal) {
         self.entries = journal.entries.len();
         self.last = journal.entries.last().cloned();
-        self.from_step = journal.header.from_step;
+        self.header.clone_from(&journal.header);
         self.end = journal.end;
     }
 
@@ -65,7 +70,7 @@ impl Kept {
     /// Brings the file up to date: by what is new, or anew where the past is another.
     pub(crate) fn update(&mut self, journal: &Journal) -> Result<(), WriteError> {
         let Place::File(file, end) = &mut self.place else { return Ok(()) };
-        let continues = journal.header.from_step == self.from_step
+        let continues = journal.header == self.header
             && self.end <= journal.end
             && self.entries <= journal.entries.len()
             && self.entries.checked_sub(1).map(|last| &journal.entries[last]) == self.last.as_ref();
@@ -162,6 +167,13 @@ mod tests {
         journal = Journal::new("Sea", 7, 0.01, 90);
         kept.update(&journal).unwrap();
         assert_eq!(Journal::read(&path).unwrap(), journal);
+        // The scene was edited: the same steps without inputs, of another length.
+        for dt in [0.02, 0.03] {
+            journal = Journal::new("Sea", 7, dt, 0);
+            journal.end = 60;
+            kept.update(&journal).unwrap();
+            assert_eq!(Journal::read(&path).unwrap(), journal, "{dt}");
+        }
         // Somebody took the file away: the end brings it back.
         std::fs::remove_file(&path).unwrap();
         kept.finish(&journal).unwrap();

@@ -22,7 +22,7 @@ use super::{
     clock::LATEST,
     exchange::{Listed, Said},
     hash::{Chain, hex, unhex},
-    journal::{CameraInput, Journal},
+    journal::CameraInput,
     sea::World,
     water::{ActivePoke, MOST_POKES},
 };
@@ -194,8 +194,7 @@ impl World {
         self.clock.step = header.step;
         self.hands.pokes = header.pokes;
         self.hands.camera = header.camera;
-        self.hands.journal =
-            Journal::new(&self.setting.scene.name, self.setting.seed, self.clock.dt, header.step);
+        self.hands.journal = self.setting.journal_from(header.step);
         self.history.graft();
         // What this run had lived through before a jump back is not the loaded sea's future.
         if std::mem::take(&mut self.hands.relived) {

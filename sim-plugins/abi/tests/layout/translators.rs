@@ -1,4 +1,4 @@
-//! What other languages make of the header: Python's cffi reads it after the preprocessor, Zig translates it.
+//! What another language makes of the header: Python's cffi reads it after the preprocessor.
 
 use std::{env, fs, path::Path, process::Command};
 

@@ -262,7 +262,7 @@ impl<T: Real> Water<T> {
     pub fn set_faces(&mut self, faces: &[T]) -> Result<(), String> {
         let n = self.n();
         if faces.len() != self.face_count() {
-            return Err(format!("has {} faces; this grid has {}", faces.len(), 2 * n * (n + 1)));
+            return Err(format!("has {} faces; this grid has {}", faces.len(), self.face_count()));
         }
         let (along_x, along_y) = faces.split_at(n * (n + 1));
         for (field, rows, width) in [(&mut self.u, along_x, n + 1), (&mut self.v, along_y, n)] {
