@@ -9,7 +9,7 @@ use reef_flow::Level;
 use reef_jellyfish_model::{
     bare::Bare,
     slice::{Build, Slice},
-    surface::{Bell, Form, Frame, Fringe, FringeForm},
+    surface::{Bell, Disc, Form, Frame, Fringe, FringeForm},
     water::Grid,
 };
 use reef_sdk::abi::DrawVertex;
@@ -75,10 +75,10 @@ fn main() {
 fn surface(level: Level) {
     let slice = animal(100, level);
     let chain: Vec<DVec2> = slice.chain().collect();
-    let mut bell = Bell::new(Form::default(), 0.004, &chain, 1).expect("a form");
+    let mut bell = Bell::new(Form::default(), 0.004, (&chain, 1), 1).expect("a form");
     let mut vertices = vec![DrawVertex::default(); bell.form().bell_vertices()];
     let frame = Frame::default();
-    let time = best(|| bell.write(level, slice.chain(), slice.place(), &frame, 1.0, &mut vertices));
+    let time = best(|| bell.write(level, [(slice.chain(), slice.place(), frame)], 1.0, &mut vertices));
     println!("  bell of {} vertices: {time:.4} ms", vertices.len());
     let points = slice.strand(0).len();
     let mut fringe = Fringe::new(FringeForm::default(), points, 1).expect("a fringe");
@@ -86,7 +86,8 @@ fn surface(level: Level) {
     let near =
         |side: usize, k: usize| (slice.strand(side).nth(k).unwrap_or_default() - slice.place()).as_vec2();
     let time = best(|| {
-        fringe.write(level, (0..points).map(|k| [near(1, k), near(0, k)]), &frame, &mut vertices);
+        let discs = (0..points).map(|k| Disc::turned([near(1, k), near(0, k)], &frame));
+        fringe.write(level, discs, &mut vertices);
     });
     println!("  tentacles of {} vertices: {time:.4} ms", vertices.len());
 }

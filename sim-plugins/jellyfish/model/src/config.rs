@@ -46,6 +46,11 @@ pub struct Group {
     #[serde(default = "same_size")]
     #[schemars(inner(range(min = 0.05, max = 20.0)))]
     pub scale: [f64; 2],
+    /// Slices of water of each: 1, or 2 at right angles, which cost twice as much; with 2 they turn to any
+    /// side, and their bells need not be symmetric.
+    #[serde(default = "one_slice")]
+    #[schemars(range(min = 1, max = 2))]
+    pub slices: u32,
     /// Seed of places, sizes and differences. Without it: the scene's.
     #[serde(default)]
     pub seed: Option<u32>,
@@ -77,10 +82,15 @@ pub struct Placed {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub phase: Option<f64>,
-    /// The direction in which it swims, as far as the plane of its slice goes.
+    /// The direction in which it swims: of one slice, as far as its plane goes.
     #[serde(default = "upward")]
     #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub aim: [f64; 3],
+    /// Slices of water: 1, or 2 at right angles, which cost twice as much; with 2 it turns to any side, and its
+    /// bell need not be symmetric.
+    #[serde(default = "one_slice")]
+    #[schemars(range(min = 1, max = 2))]
+    pub slices: u32,
     /// Specks of dye in its water, which debug lines show.
     #[serde(default)]
     #[schemars(range(min = 0, max = 20000))]
@@ -91,6 +101,10 @@ pub struct Placed {
 }
 
 fn one_animal() -> u32 {
+    1
+}
+
+fn one_slice() -> u32 {
     1
 }
 

@@ -79,6 +79,7 @@ impl Stock {
                 aim: own.aim.into(),
                 home: None,
                 tracers: own.tracers as usize,
+                slices: own.slices as usize,
             });
         }
         Ok(Self { species, births })
@@ -112,6 +113,7 @@ fn place(group: &Group, species: usize, seed: u64, births: &mut Vec<Birth>) {
             seed: random.bits(),
             id: births.len() as u64 + 1,
             home: Some(Home { low, high }),
+            slices: group.slices as usize,
             ..Birth::default()
         });
     }

@@ -3,13 +3,13 @@
 use core::f64::consts::TAU;
 
 use fearless_simd::{Simd, f32x8};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use reef_flow::{
     Level, Packed, Sphere,
     math::cos_sin_f64,
     random::{Random, mix},
     simd::splat,
-    velocity8,
+    stronger, velocity8,
     waves::{Trains, orbit},
 };
 use reef_sdk::abi::{DrawVertex, FibreNode, Flow};
@@ -18,13 +18,13 @@ use super::{
     Birth, Home, Surroundings,
     apart::{Body, Crowd},
     jet::{Choice, Fit, PRIMITIVES},
+    section::{Section, rounded},
     skin::Skin,
 };
 use crate::{
-    slice::{FREQUENCIES, Gait, Slice},
+    slice::{FREQUENCIES, Gait},
     species::Species,
-    surface::{Bell, Frame, Fringe},
-    trail::Trail,
+    surface::{Bell, Frame, Fringe, discs},
     water::CELLS,
 };
 
@@ -35,15 +35,8 @@ const STEP: f64 = 1.0 / 60.0;
 const LONGEST_SHARES: [f64; 2] = [0.00625, 0.0125];
 /// Most steps in 1/60 s.
 const MOST_STEPS: f64 = 16.0;
-/// Links of a trail.
-const LINKS: usize = 16;
-/// How fast trails sink, in lengths of their own a second.
-const SINK: f64 = 0.3;
 /// No current or wave carries an animal faster [m/s].
 const FASTEST: f32 = 100.0;
-/// Where arms stand around the mouth, and how far apart their tips drift, in widths of the bell.
-const MOUTH: f64 = 0.04;
-const ARM_SPREAD: f64 = 0.12;
 /// A level changes back when the bell is by this share wider or narrower than where it changed.
 const BAND: f64 = 0.15;
 /// Periods that an animal idles, or swims, in the mean.
@@ -59,6 +52,8 @@ const HOMEWARD: f64 = 2.0;
 const LEANS: f64 = 0.7;
 /// How near the surface and the bed the middle of a bell comes, in widths of it.
 const CLEAR: f64 = 0.75;
+/// Share of the difference in speed of two slices that they lose in a step.
+const PACE: f64 = 0.5;
 
 /// An animal with its water, its surface and its place.
 #[derive(Clone, Debug)]
@@ -66,22 +61,22 @@ pub(super) struct Animal {
     pub(super) id: u64,
     pub(super) species: usize,
     seed: u64,
-    pub(super) slice: Slice<f32>,
+    /// The slice along its heading.
+    pub(super) own: Section,
+    /// The one across it: its y is along the own slice's axis.
+    pub(super) cross: Option<Section>,
     /// Cells of the grid that its species asks for, and its width [m].
     own_cells: usize,
     window: f64,
     /// Where the slice's first place stands in the world [m].
     pub(super) base: DVec3,
-    /// That place in the slice.
-    first: DVec2,
     frame: Frame,
-    /// Of the tentacles on both sides, and of the arms.
-    pub(super) trails: [Trail; 3],
     /// Near and far.
     skins: [Skin; 2],
     packed: Packed,
     trains: Trains,
-    pub(super) flows: [Flow; PRIMITIVES],
+    /// Of each of its slices.
+    flows: [[Flow; PRIMITIVES]; 2],
     pub(super) fit: Fit,
     pub(super) diameter: f64,
     /// Contractions a second, and how far they go, before the tuning.
@@ -97,7 +92,7 @@ pub(super) struct Animal {
     pub(super) idles: bool,
     /// It is drawn and stepped coarsely.
     pub(super) far: bool,
-    /// Dye in its water [m, as [`Slice::chain`]].
+    /// Dye in the water of its own slice [m].
     pub(super) tracers: Vec<DVec2>,
     pub(super) velocity: DVec3,
     /// Farthest of what was written from its place [m].
@@ -112,26 +107,17 @@ impl Animal {
         species.check_sizes()?;
         let usual = Surroundings::default();
         let grid = species.water(usual.density, usual.viscosity);
-        let mut slice = Slice::<f32>::new(species.build(), grid)?;
+        let mut own = Section::new(&species, grid)?;
         let mut random = Random::new(birth.seed, u64::from_le_bytes(*b"swimming"));
         let usual = species.gait();
         let frequency = usual.frequency * (1.0 + species.motion.variation * random.signed());
         let [lowest, highest] = FREQUENCIES;
         let frequency = birth.frequency.unwrap_or(frequency).clamp(lowest, highest);
-        slice.set_gait(Gait { frequency, ..usual })?;
+        own.slice.set_gait(Gait { frequency, ..usual })?;
         let phase = random.unit();
-        slice.set_phase(birth.phase.unwrap_or(phase));
-        let chain: Vec<DVec2> = slice.chain().collect();
-        let trail = |leader: DVec2, length: f64| Trail::new(leader, LINKS, length, SINK * length);
-        let tip = |side: usize| slice.strand(side).last().unwrap_or(chain[0]);
-        let hanging = (species.tentacles.length - species.bell.strand).max(0.01 * species.bell.diameter);
-        let trails = [
-            trail(tip(0), hanging),
-            trail(tip(1), hanging),
-            trail(mouth(&slice), species.arms.length.max(0.01 * species.bell.diameter)),
-        ];
-        let points = [slice.strand(0).len() + LINKS, LINKS + 1];
-        let skin = |far| Skin::new(&species, &chain, points, birth.seed, far);
+        own.slice.set_phase(birth.phase.unwrap_or(phase));
+        let chain: Vec<DVec2> = own.slice.chain().collect();
+        let skin = |far| Skin::new(&species, (&chain, birth.slices), own.points(), birth.seed, far);
         let skins = [skin(false)?, skin(true)?];
         let (cos, sin) = cos_sin_f64(birth.yaw.rem_euclid(TAU));
         let x = Vec3::new(cos as f32, 0.0, sin as f32);
@@ -140,7 +126,7 @@ impl Animal {
         let even = |k: usize| {
             let place =
                 (DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_3) * (k as f64 + 0.5)).fract();
-            slice.place() + (place - 0.5) * dyed
+            own.first + (place - 0.5) * dyed
         };
         let heights = species.surface.noise + species.surface.structure + species.surface.compression;
         let mut made = Self {
@@ -149,14 +135,12 @@ impl Animal {
             seed: birth.seed,
             own_cells: grid.n,
             window: grid.width(),
-            first: slice.place(),
             base: birth.place,
             frame: Frame { x, y: Vec3::Y, z: x.cross(Vec3::Y) },
-            trails,
             skins,
             packed: Packed::new(),
             trains: Trains::new(),
-            flows: [Flow::default(); PRIMITIVES],
+            flows: [[Flow::default(); PRIMITIVES]; 2],
             fit: Fit::default(),
             diameter: species.bell.diameter,
             frequency,
@@ -171,26 +155,80 @@ impl Animal {
             velocity: DVec3::ZERO,
             reach: 0.0,
             shell: ((1.5 + 2.0 * heights) * species.bell.thickness) as f32,
-            slice,
+            cross: (birth.slices > 1).then(|| own.clone()),
+            own,
         };
         made.emit(choice);
         Ok(made)
     }
 
-    /// A point of the slice in the world [m].
+    /// Its slices.
+    pub(super) fn sections(&self) -> impl Iterator<Item = &Section> {
+        [Some(&self.own), self.cross.as_ref()].into_iter().flatten()
+    }
+
+    /// Its slices.
+    pub(super) fn sections_mut(&mut self) -> impl Iterator<Item = &mut Section> {
+        [Some(&mut self.own), self.cross.as_mut()].into_iter().flatten()
+    }
+
+    /// A point of its own slice in the world [m].
     pub(super) fn world(&self, point: DVec2) -> DVec3 {
-        let way = point - self.first;
-        self.base + self.frame.x.as_dvec3() * way.x + self.frame.y.as_dvec3() * way.y
+        let way = point - self.own.first;
+        let place = self.base + self.frame.x.as_dvec3() * way.x + self.frame.y.as_dvec3() * way.y;
+        match &self.cross {
+            None => place,
+            Some(cross) => {
+                let across = (cross.slice.place() - cross.first).x;
+                place + self.frame.z.as_dvec3() * across
+            }
+        }
+    }
+
+    /// A point of the slice across in the world [m].
+    pub(super) fn world_across(&self, cross: &Section, point: DVec2) -> DVec3 {
+        let way = point - cross.slice.place();
+        self.place() + self.frame.z.as_dvec3() * way.x + self.forward() * way.y
     }
 
     /// Middle of the bell [m, world].
     pub(super) fn place(&self) -> DVec3 {
-        self.world(self.slice.place())
+        self.world(self.own.slice.place())
+    }
+
+    /// Where the apex of its own slice points, in the world: y of the slice across. A unit vector.
+    fn forward(&self) -> DVec3 {
+        let axis = self.own.slice.axis();
+        self.frame.x.as_dvec3() * axis.x + self.frame.y.as_dvec3() * axis.y
     }
 
     /// Where the apex points, in the world: a unit vector.
     pub(super) fn axis(&self) -> Vec3 {
-        self.frame.of(self.slice.axis().as_vec2()).normalize_or(Vec3::Y)
+        let forward = self.frame.of(self.own.slice.axis().as_vec2());
+        let axis = self.cross.as_ref().map_or(forward, |cross| {
+            let lean = cross.slice.axis().as_vec2();
+            forward * lean.y + self.frame.z * lean.x
+        });
+        axis.normalize_or(Vec3::Y)
+    }
+
+    /// How its slices lie in the sea, and thus its skin: that along the heading leans as the one across does.
+    fn frames(&self) -> [Frame; 2] {
+        if self.cross.is_none() {
+            return [self.frame; 2];
+        }
+        let Frame { x, y, z } = self.frame;
+        let (forward, axis) = (self.forward().as_vec3(), self.axis());
+        let own = self.own.slice.axis().as_vec2();
+        // In its plane: across its axis, and along it.
+        let aside = x * own.y - y * own.x;
+        let [x, y] = [aside * own.y + axis * own.x, axis * own.y - aside * own.x];
+        [Frame { x, y, z: x.cross(y) }, Frame { x: z, y: forward, z: z.cross(forward) }]
+    }
+
+    /// What it does to the sea.
+    pub(super) fn flows(&self) -> &[Flow] {
+        self.flows[..self.sections().count()].as_flattened()
     }
 
     /// Cells of its grid where the species' number is multiplied by so much.
@@ -201,17 +239,17 @@ impl Animal {
 
     /// Takes another grid, if it is another one.
     pub(super) fn set_cells(&mut self, n: usize) -> Result<(), String> {
-        let mut grid = *self.slice.water().grid();
+        let mut grid = *self.own.slice.water().grid();
         if n == grid.n {
             return Ok(());
         }
         (grid.n, grid.cell) = (n, self.window / n as f64);
-        self.slice.regrid(grid)
+        self.sections_mut().try_for_each(|section| section.slice.regrid(grid))
     }
 
     /// Cells of its grid.
     pub(super) fn grid_cells(&self) -> usize {
-        self.slice.water().grid().n
+        self.own.slice.water().grid().n
     }
 
     /// What others see of it.
@@ -235,7 +273,7 @@ impl Animal {
         let [narrow, broad] = [1.0 - BAND, 1.0 + BAND].map(|share| share * tuning.detail);
         self.far = if self.far { wide < broad } else { wide < narrow };
         self.drift(around, field, before);
-        let push = crowd.push(own, self.frame.x.as_dvec3(), self.way(), tuning.apart);
+        let push = crowd.push(own, self.frame.x.as_dvec3(), self.ways()[0], tuning.apart);
         self.base += push.velocity * around.dt;
         self.lean = push.lean;
         self.swim(around);
@@ -259,51 +297,63 @@ impl Animal {
         let gait = Gait {
             frequency: (self.frequency * tuning.frequency).clamp(lowest, highest),
             strength: if self.idles { 0.0 } else { (self.strength * tuning.strength).clamp(0.0, 1.0) },
-            ..self.slice.gait()
+            ..self.own.slice.gait()
         };
-        // It was taken into its ranges.
-        let _ = self.slice.set_gait(gait);
-        self.slice.set_water(around.density, around.viscosity);
-        self.slice.set_weight(self.weight[0] + self.weight[1] * tuning.excess_density);
+        let forward = self.own.slice.axis().y;
+        let weight = self.weight[0] + self.weight[1] * tuning.excess_density;
+        for (section, share) in self.sections_mut().zip([1.0, forward]) {
+            // It was taken into its ranges.
+            let _ = section.slice.set_gait(gait);
+            section.slice.set_water(around.density, around.viscosity);
+            section.slice.set_weight(share * weight);
+        }
         let share = LONGEST_SHARES[usize::from(self.far)];
         let least = if self.far { 1.0 } else { tuning.steps.max(1) as f64 };
         let steps = (gait.frequency * STEP / share).ceil().clamp(least, MOST_STEPS);
         let parts = (around.dt / STEP * steps - 1e-9).ceil().max(1.0);
         let dt = around.dt / parts;
         for part in 0..parts as usize {
-            self.slice.steer(self.course(tuning.tilt));
-            let phase = self.slice.phase();
-            self.slice.step(around.level, dt);
-            if self.slice.phase() < phase {
+            let courses = self.courses(tuning.tilt);
+            self.sections_mut().zip(courses).for_each(|(section, course)| section.slice.steer(course));
+            self.keep_pace();
+            let phase = self.own.slice.phase();
+            self.sections_mut().for_each(|section| section.step(around.level, dt));
+            if self.own.slice.phase() < phase {
                 let moment = around.time + part as f64 * dt;
                 self.begin_period(moment, tuning.idle, tuning.dusk);
             }
-            let leaders = self.leaders();
-            let corner = self.slice.corner();
-            for (trail, leader) in self.trails.iter_mut().zip(leaders) {
-                trail.step(self.slice.water(), corner, leader, dt);
-            }
+            let slice = &self.own.slice;
+            let corner = slice.corner();
             for tracer in &mut self.tracers {
-                let flow = DVec2::from(self.slice.water().velocity((*tracer - corner).to_array()));
+                let flow = DVec2::from(slice.water().velocity((*tracer - corner).to_array()));
                 // What leaves the square around the animal on one side comes in on the other.
                 let dyed = self.window.min(DYED * self.diameter);
-                let low = self.slice.place() - 0.5 * dyed;
+                let low = slice.place() - 0.5 * dyed;
                 let inside = (*tracer + flow * dt - low) / dyed;
                 *tracer = low + (inside - inside.floor()) * dyed;
             }
         }
     }
 
-    /// Where it aims in its slice: its own way, out of the way of others, leant by the tilt.
-    fn course(&self, tilt: f64) -> DVec2 {
-        let way = self.way();
-        let (cos, sin) = cos_sin_f64(tilt.rem_euclid(TAU));
-        // Positive tilt is toward positive x.
-        DVec2::new(cos, -sin).rotate(way + way.perp() * self.lean)
+    /// Both slices are of one bell: what one of them swims faster forward than the other, they share.
+    fn keep_pace(&mut self) {
+        let Some(cross) = &mut self.cross else { return };
+        let axis = self.own.slice.axis();
+        let ahead = 0.5 * PACE * (self.own.slice.velocity().dot(axis) - cross.slice.velocity().y);
+        self.own.slice.tow(axis * -ahead);
+        cross.slice.tow(DVec2::Y * ahead);
     }
 
-    /// Its own way in its slice, and homeward where it has left its home; of length 1.
-    fn way(&self) -> DVec2 {
+    /// Where it aims in its slices: its own way, out of the way of others, leant by the tilt in its own.
+    fn courses(&self, tilt: f64) -> [DVec2; 2] {
+        let [way, across] = self.ways();
+        let (cos, sin) = cos_sin_f64(tilt.rem_euclid(TAU));
+        // Positive tilt is toward positive x.
+        [DVec2::new(cos, -sin).rotate(way + way.perp() * self.lean), across]
+    }
+
+    /// Its own way in its slices, and homeward where it has left its home; of length 1.
+    fn ways(&self) -> [DVec2; 2] {
         let x = self.frame.x.as_dvec3();
         let mut aim = self.aim;
         if let Some(home) = self.home {
@@ -311,7 +361,8 @@ impl Animal {
             let off = place.clamp(home.low, home.high) - place;
             aim += DVec3::new(off.x, 0.0, off.z).clamp_length_max(LEANS / HOMEWARD) * HOMEWARD;
         }
-        DVec2::new(aim.dot(x), aim.y).normalize_or(DVec2::Y)
+        let across = DVec2::new(aim.dot(self.frame.z.as_dvec3()), aim.dot(self.forward()));
+        [DVec2::new(aim.dot(x), aim.y), across].map(|way| way.normalize_or(DVec2::Y))
     }
 
     /// Whether it swims in the period that begins.
@@ -360,16 +411,19 @@ impl Animal {
 
     /// What it does to the sea, from its slice and its place.
     pub(super) fn emit(&mut self, choice: &Choice) {
-        self.fit = choice.fit(&self.slice);
-        let across = self.frame.z.as_dvec3();
-        self.flows = choice.flows(&self.fit, self.id, self.diameter, across, |point| self.world(point));
-    }
-
-    /// What the trails follow.
-    fn leaders(&self) -> [DVec2; 3] {
-        let mouth = mouth(&self.slice);
-        let tip = |side: usize| self.slice.strand(side).last().unwrap_or(mouth);
-        [tip(0), tip(1), mouth]
+        self.fit = choice.fit(&self.own.slice);
+        let (owner, diameter) = (self.id, self.diameter);
+        let across = self.frames().map(|frame| frame.z.as_dvec3());
+        let world = |point| self.world(point);
+        let mut flows = [choice.flows(&self.fit, owner, diameter, across[0], world); 2];
+        if let Some(cross) = &self.cross {
+            let fit = choice.fit(&cross.slice);
+            let world = |point| self.world_across(cross, point);
+            flows[1] = choice.flows(&fit, owner, diameter, across[1], world);
+            // Each tells of half of the water.
+            flows.as_flattened_mut().iter_mut().for_each(|flow| *flow = stronger(flow, 0.5));
+        }
+        self.flows = flows;
     }
 
     fn skin(&self) -> &Skin {
@@ -404,56 +458,32 @@ impl Animal {
     ) {
         let [arms, _] = self.vertices();
         let (into_arms, into_bell) = into.split_at_mut(arms);
-        let Self { slice, frame, trails, skins, far, .. } = self;
+        let frames = self.frames();
+        let Self { own, cross, skins, far, .. } = self;
         let Skin { bell, tentacles, arms, every } = &mut skins[usize::from(*far)];
-        let origin = slice.place();
-        let near = |point: DVec2| (point - origin).as_vec2();
-        let [left, right] =
-            [0, 1].map(|side| slice.strand(side).chain(trails[side].points().iter().copied()));
-        let pairs = right.zip(left).map(|(right, left)| [near(right), near(left)]);
+        let (every, seen) = (*every, [&frames[0], &frames[1]]);
+        let (pairs, others) = (own.tentacles(), cross.as_ref().map(Section::tentacles));
         if *far {
-            tentacles.write_nodes(level, pairs.step_by(*every), frame, nodes);
+            let others = others.map(|pairs| pairs.step_by(every));
+            tentacles.write_nodes(level, discs(pairs.step_by(every), others, seen), nodes);
         } else {
-            tentacles.write_nodes(level, rounded(pairs), frame, nodes);
+            tentacles.write_nodes(level, discs(rounded(pairs), others.map(rounded), seen), nodes);
         }
-        // Arms hang from the mouth, and drift apart toward their tips.
-        let mouth = mouth(slice);
-        let hanging = core::iter::once(&mouth).chain(trails[2].points()).enumerate();
-        let pairs = hanging.map(|(k, point)| {
-            let spread = MOUTH + ARM_SPREAD * k as f64 / LINKS as f64;
-            let aside = Vec2::new((spread * slice.build().diameter) as f32, 0.0);
-            [near(*point) + aside, near(*point) - aside]
-        });
-        arms.write(level, pairs.step_by(*every), frame, into_arms);
-        bell.write(level, slice.chain(), origin, frame, time, into_bell);
+        let others = cross.as_ref().map(|cross| cross.arms().step_by(every));
+        arms.write(level, discs(own.arms().step_by(every), others, seen), into_arms);
+        let sections = core::iter::once(&*own).chain(cross.as_ref()).zip(frames);
+        let slices = sections.map(|(section, frame)| (section.slice.chain(), section.slice.place(), frame));
+        bell.write(level, slices, time, into_bell);
         let square = |place: [f32; 3]| Vec3::from(place).length_squared();
         let far = nodes.iter().map(|node| square(node.position)).fold(0.0, f32::max);
         let far = into_arms.iter().map(|vertex| square(vertex.position)).fold(far, f32::max);
-        let far = slice.chain().map(|point| near(point).length_squared()).fold(far, f32::max);
+        let chains = self.sections().flat_map(|section| {
+            let origin = section.slice.place();
+            section.slice.chain().map(move |point| (point - origin).as_vec2().length_squared())
+        });
+        let far = chains.fold(far, f32::max);
         self.reach = far.sqrt() + self.shell;
     }
-}
-
-/// Points, and a point between each two neighbours: that of the cubic through four of them.
-fn rounded(pairs: impl Iterator<Item = [Vec2; 2]> + Clone) -> impl Iterator<Item = [Vec2; 2]> {
-    let before = pairs.clone().take(1).chain(pairs.clone());
-    let after = pairs.clone().skip(1);
-    let last = pairs.clone().last();
-    let beyond = pairs.clone().skip(2).chain(last).chain(last);
-    let between = after.zip(before).zip(beyond).map(Some).chain([None]);
-    pairs.zip(between).flat_map(|(own, between)| {
-        let middle = between.map(|((after, before), beyond)| {
-            core::array::from_fn(|i| (9.0 * (own[i] + after[i]) - (before[i] + beyond[i])) / 16.0)
-        });
-        [Some(own), middle].into_iter().flatten()
-    })
-}
-
-/// Where the arms hang: the inner apex.
-fn mouth(slice: &Slice<f32>) -> DVec2 {
-    let chain = slice.chain();
-    let middle = chain.len() / 2;
-    slice.chain().nth(middle).unwrap_or_default()
 }
 
 /// Currents and orbital velocity at the packed forms' own origin [m/s].

@@ -49,6 +49,11 @@ fn mixed(from: [f64; 3], to: [f64; 3], share: f64) -> u32 {
     0xff00_0000 | (b << 16) | (g << 8) | r
 }
 
+fn between([from, to]: [DVec3; 2], color: u32, channel: u32) -> DebugLine {
+    let delta = (to - from).as_vec3().to_array();
+    DebugLine { from: from.to_array(), delta, color, channel, ..DebugLine::default() }
+}
+
 impl Bloom {
     /// Adds the lines of an animal, while there are fewer than `most`.
     pub fn lines(&self, animal: usize, shown: Shown, most: usize, lines: &mut Vec<DebugLine>) {
@@ -61,20 +66,29 @@ impl Bloom {
 impl Animal {
     fn lines(&self, shown: Shown, most: usize, lines: &mut Vec<DebugLine>) {
         let line = |from: DVec2, to: DVec2, color: u32, channel: u32| {
-            let from = self.world(from);
-            let delta: DVec3 = self.world(to) - from;
-            let delta = delta.as_vec3().to_array();
-            DebugLine { from: from.to_array(), delta, color, channel, ..DebugLine::default() }
+            between([from, to].map(|end| self.world(end)), color, channel)
         };
-        let springs = self.slice.springs().map(|([from, to], short)| match short {
-            None => line(from, to, SPRINGS.1, SPRINGS.0),
-            Some(short) => line(from, to, mixed(SLACK, SHORT, short / CONTRACTION), MUSCLES),
+        let slice = &self.own.slice;
+        let look = |short: Option<f64>| match short {
+            None => (SPRINGS.1, SPRINGS.0),
+            Some(short) => (mixed(SLACK, SHORT, short / CONTRACTION), MUSCLES),
+        };
+        let springs = slice.springs().map(|([from, to], short)| {
+            let (color, channel) = look(short);
+            line(from, to, color, channel)
         });
-        let corner = self.slice.corner();
-        let flow = |place: DVec2| DVec2::from(self.slice.water().velocity((place - corner).to_array()));
-        let middle = self.slice.place();
+        let across = self.cross.iter().flat_map(|cross| {
+            cross.slice.springs().map(|(ends, short)| {
+                let (color, channel) = look(short);
+                between(ends.map(|end| self.world_across(cross, end)), color, channel)
+            })
+        });
+        let springs = springs.chain(across);
+        let corner = slice.corner();
+        let flow = |place: DVec2| DVec2::from(slice.water().velocity((place - corner).to_array()));
+        let middle = slice.place();
         let apart = SPREAD * self.diameter / ARROWS as f64;
-        let window = self.slice.water().grid().width();
+        let window = slice.water().grid().width();
         let water = (0..ARROWS * ARROWS).filter_map(|k| {
             let cell = DVec2::new((k % ARROWS) as f64, (k / ARROWS) as f64) + 0.5;
             let place = middle + (cell - 0.5 * ARROWS as f64) * apart;

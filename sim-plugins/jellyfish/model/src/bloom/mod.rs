@@ -4,6 +4,7 @@ mod animal;
 mod apart;
 mod jet;
 mod lines;
+mod section;
 mod skin;
 mod state;
 
@@ -52,6 +53,8 @@ pub struct Birth {
     pub home: Option<Home>,
     /// Specks of dye in its water.
     pub tracers: usize,
+    /// Its slices: 1, or 2 at right angles, which cost twice as much and turn it to any side.
+    pub slices: usize,
 }
 
 impl Default for Birth {
@@ -68,6 +71,7 @@ impl Default for Birth {
             aim: DVec3::Y,
             home: None,
             tracers: 0,
+            slices: 1,
         }
     }
 }
@@ -223,6 +227,9 @@ impl Bloom {
             if !aims || birth.phase.is_some_and(|phase| !phase.is_finite()) {
                 return Err(format!("animals[{i}]: aim must be finite and not 0, phase must be finite"));
             }
+            if !(1..=2).contains(&birth.slices) {
+                return Err(format!("animals[{i}].slices: must be 1 or 2, is {}", birth.slices));
+            }
             if !within_reach(birth.place) {
                 return Err(format!(
                     "animals[{i}].place: must be within {FARTHEST} m along each axis, is {}",
@@ -233,7 +240,7 @@ impl Bloom {
                 Animal::new(own, birth, &choice).map_err(|problem| format!("animals[{i}]: {problem}"))?;
             animals.push(animal);
         }
-        let flows = Vec::with_capacity(PRIMITIVES * animals.len());
+        let flows = Vec::with_capacity(2 * PRIMITIVES * animals.len());
         let bounds = [(); 2].map(|()| vec![0; animals.len() + 1]);
         let mut made = Self { animals, field: Field::new(), crowd: Crowd::default(), choice, flows, bounds };
         made.gather();
@@ -267,7 +274,7 @@ impl Bloom {
     /// What all of them emit, and where the vertices and the nodes of each begin.
     fn gather(&mut self) {
         self.flows.clear();
-        self.flows.extend(self.animals.iter().flat_map(|animal| animal.flows));
+        self.flows.extend(self.animals.iter().flat_map(Animal::flows));
         let [vertices, nodes] = &mut self.bounds;
         for (i, animal) in self.animals.iter().enumerate() {
             vertices[i + 1] = vertices[i] + animal.vertices().iter().sum::<usize>();
@@ -276,7 +283,7 @@ impl Bloom {
         }
     }
 
-    /// What they do to the water: [`PRIMITIVES`] each.
+    /// What they do to the water: [`PRIMITIVES`] each, and as many more of those with two slices.
     pub fn flows(&self) -> &[Flow] {
         &self.flows
     }
@@ -294,7 +301,7 @@ impl Bloom {
     /// The points of an animal's bell from one side of the margin to the other [m, world].
     pub fn chain(&self, animal: usize) -> impl Iterator<Item = DVec3> + '_ {
         let animal = self.animals.get(animal);
-        animal.into_iter().flat_map(|animal| animal.slice.chain().map(|point| animal.world(point)))
+        animal.into_iter().flat_map(|animal| animal.own.slice.chain().map(|point| animal.world(point)))
     }
 
     /// What others see of an animal.
@@ -309,14 +316,19 @@ impl Bloom {
             diameter: own.diameter,
             reach: own.reach,
             far: own.far,
-            phase: own.slice.phase(),
+            phase: own.own.slice.phase(),
             idles: own.idles,
         })
     }
 
-    /// The slice of an animal.
+    /// The slice of an animal along its heading.
     pub fn slice(&self, animal: usize) -> Option<&Slice<f32>> {
-        Some(&self.animals.get(animal)?.slice)
+        Some(&self.animals.get(animal)?.own.slice)
+    }
+
+    /// The slice across that one, of an animal with two.
+    pub fn slice_across(&self, animal: usize) -> Option<&Slice<f32>> {
+        Some(&self.animals.get(animal)?.cross.as_ref()?.slice)
     }
 
     /// Steers an animal toward a direction of the world from now on, as far as its slice's plane goes; one

@@ -23,10 +23,10 @@ pub(super) struct Skin {
 }
 
 impl Skin {
-    /// `points`: of a tentacle and of an arm.
+    /// `points`: of a tentacle and of an arm; a bell of one slice, or of two.
     pub(super) fn new(
         species: &Species,
-        chain: &[DVec2],
+        (chain, slices): (&[DVec2], usize),
         points: [usize; 2],
         seed: u64,
         far: bool,
@@ -41,7 +41,7 @@ impl Skin {
         // Near tentacles are rounded: a point between each two.
         let tentacle = if far { tentacle } else { 2 * tentacle - 1 };
         Ok(Self {
-            bell: Bell::new(form, species.bell.thickness, chain, seed)?,
+            bell: Bell::new(form, species.bell.thickness, (chain, slices), seed)?,
             tentacles: Fringe::new(tentacles, tentacle, seed)?,
             arms: Fringe::new(arms, arm, seed)?,
             every,

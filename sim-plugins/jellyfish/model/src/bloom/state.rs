@@ -5,14 +5,15 @@ use reef_sdk::{StateError, StateReader, StateWriter};
 
 use super::{Bloom, within_reach};
 use crate::{
-    slice::{FARTHEST, SliceState},
+    slice::{FARTHEST, Slice, SliceState},
     water::CELLS,
 };
 
 /// Everything that moves, animal by animal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BloomState {
-    /// Numbers in `points`, `faces` and `trails` of each animal.
+    /// Numbers in `points`, `faces` and `trails` of each slice: animals have one, or two that follow one
+    /// another.
     pub counts: Vec<u32>,
     /// Points of the slices [m].
     pub points: Vec<f64>,
@@ -20,9 +21,9 @@ pub struct BloomState {
     pub faces: Vec<f32>,
     /// Points of the trails [m].
     pub trails: Vec<f64>,
-    /// Place of the base [m], and share of the period: four numbers an animal.
+    /// Place of the base [m], and share of the period: four numbers a slice.
     pub places: Vec<f64>,
-    /// Where the windows have gone: two numbers an animal.
+    /// Where the windows have gone: two numbers a slice.
     pub offsets: Vec<i64>,
     /// Specks of dye [m].
     pub tracers: Vec<f64>,
@@ -96,12 +97,16 @@ impl Bloom {
     }
 
     fn face_count(&self) -> usize {
-        self.animals.iter().map(|animal| animal.slice.water().face_count()).sum()
+        self.slices().map(|slice| slice.water().face_count()).sum()
+    }
+
+    fn slices(&self) -> impl Iterator<Item = &Slice<f32>> {
+        self.animals.iter().flat_map(|animal| animal.sections().map(|section| &section.slice))
     }
 
     /// See [`BloomState::faces`].
     fn save_faces(&self, mut into: &mut [f32]) {
-        for row in self.animals.iter().flat_map(|animal| animal.slice.water().face_rows()) {
+        for row in self.slices().flat_map(|slice| slice.water().face_rows()) {
             let (own, rest) = into.split_at_mut(row.len());
             own.copy_from_slice(row);
             into = rest;
@@ -111,17 +116,19 @@ impl Bloom {
     fn save_all_but_faces(&self) -> BloomState {
         let mut state = BloomState::default();
         for animal in &self.animals {
-            let slice = animal.slice.save_all_but_faces();
-            let faces = animal.slice.water().face_count();
-            let trails = animal.trails.iter().flat_map(|trail| trail.points());
-            let before = state.trails.len();
-            state.trails.extend(trails.flat_map(|point| point.to_array()));
-            let trails = state.trails.len() - before;
-            state.counts.extend([slice.points.len(), faces, trails].map(|count| count as u32));
-            state.points.extend(slice.points);
-            state.places.extend(animal.base.to_array());
-            state.places.push(slice.phase);
-            state.offsets.extend(slice.offset);
+            for section in animal.sections() {
+                let slice = section.slice.save_all_but_faces();
+                let faces = section.slice.water().face_count();
+                let trails = section.trails.iter().flat_map(|trail| trail.points());
+                let before = state.trails.len();
+                state.trails.extend(trails.flat_map(|point| point.to_array()));
+                let trails = state.trails.len() - before;
+                state.counts.extend([slice.points.len(), faces, trails].map(|count| count as u32));
+                state.points.extend(slice.points);
+                state.places.extend(animal.base.to_array());
+                state.places.push(slice.phase);
+                state.offsets.extend(slice.offset);
+            }
             state.tracers.extend(animal.tracers.iter().flat_map(|tracer| tracer.to_array()));
             state.ways.extend(animal.aim.to_array());
             state.ways.extend(animal.velocity.to_array());
@@ -139,34 +146,31 @@ impl Bloom {
         let mut next = self.animals.clone();
         let (mut points, mut faces, mut trails) = (&state.points[..], &state.faces[..], &state.trails[..]);
         let mut tracers = &state.tracers[..];
+        let slices: usize = next.iter().map(|animal| animal.sections().count()).sum();
         let lists = [
-            (state.counts.len(), 3),
-            (state.places.len(), 4),
-            (state.offsets.len(), 2),
-            (state.ways.len(), 6),
-            (state.modes.len(), 2),
+            (state.counts.len(), 3 * slices),
+            (state.places.len(), 4 * slices),
+            (state.offsets.len(), 2 * slices),
+            (state.ways.len(), 6 * next.len()),
+            (state.modes.len(), 2 * next.len()),
         ];
-        if lists.iter().any(|(length, each)| *length != next.len() * each) {
-            return Err(format!("is of {} animals; here are {}", state.counts.len() / 3, next.len()));
+        if lists.iter().any(|(length, needed)| length != needed) {
+            let (animals, given) = (state.modes.len() / 2, state.counts.len() / 3);
+            return Err(format!(
+                "is of {animals} animals with {given} slices; here are {} with {slices}",
+                next.len()
+            ));
         }
-        let each = state.counts.as_chunks::<3>().0.iter().zip(state.places.as_chunks::<4>().0);
-        for (i, ((animal, (counts, place)), offset)) in
-            next.iter_mut().zip(each).zip(state.offsets.as_chunks::<2>().0).enumerate()
-        {
-            let [of_points, of_faces, of_trails] = counts.map(|count| count as usize);
+        let counts = state.counts.as_chunks::<3>().0.iter();
+        let mut each = counts.zip(state.places.as_chunks::<4>().0).zip(state.offsets.as_chunks::<2>().0);
+        for (i, animal) in next.iter_mut().enumerate() {
             let short = || format!("has not as many numbers as animal {i} needs");
-            let slice = SliceState {
-                points: take(&mut points, of_points).ok_or_else(short)?.to_vec(),
-                faces: take(&mut faces, of_faces).ok_or_else(short)?.to_vec(),
-                offset: *offset,
-                phase: place[3],
-            };
+            let problem = |problem: String| format!("animal {i} {problem}");
             let [cells, flags] = [state.modes[2 * i], state.modes[2 * i + 1]];
             let [fewest, most] = CELLS;
             if !(fewest..=most).contains(&(cells as usize)) || flags > IDLES + FAR {
                 return Err(format!("animal {i} has {cells} cells along a side and flags {flags}"));
             }
-            let problem = |problem: String| format!("animal {i} {problem}");
             animal.set_cells(cells as usize).map_err(problem)?;
             (animal.idles, animal.far) = (flags & IDLES > 0, flags & FAR > 0);
             let way = &state.ways[6 * i..6 * i + 6];
@@ -182,23 +186,34 @@ impl Bloom {
                     return Err(format!("animal {i} has dye at a place that is not finite"));
                 }
             }
-            animal.slice.load(&slice).map_err(problem)?;
-            animal.base = DVec3::new(place[0], place[1], place[2]);
+            let mut base = None;
+            for (section, ((counts, place), offset)) in animal.sections_mut().zip(&mut each) {
+                let [of_points, of_faces, of_trails] = counts.map(|count| count as usize);
+                let slice = SliceState {
+                    points: take(&mut points, of_points).ok_or_else(short)?.to_vec(),
+                    faces: take(&mut faces, of_faces).ok_or_else(short)?.to_vec(),
+                    offset: *offset,
+                    phase: place[3],
+                };
+                section.slice.load(&slice).map_err(problem)?;
+                let mut own = take(&mut trails, of_trails).ok_or_else(short)?;
+                for trail in &mut section.trails {
+                    let own = take(&mut own, 2 * trail.points().len()).ok_or_else(short)?;
+                    let points: Vec<DVec2> =
+                        own.as_chunks::<2>().0.iter().map(|point| DVec2::from(*point)).collect();
+                    trail.set_points(&points).map_err(|problem| format!("animal {i}: {problem}"))?;
+                }
+                if !own.is_empty() {
+                    return Err(short());
+                }
+                base.get_or_insert(DVec3::new(place[0], place[1], place[2]));
+            }
+            animal.base = base.unwrap_or_default();
             if !within_reach(animal.place()) {
                 return Err(format!(
                     "animal {i} is at {}, which must be within {FARTHEST} m along each axis",
                     animal.place()
                 ));
-            }
-            let mut own = take(&mut trails, of_trails).ok_or_else(short)?;
-            for trail in &mut animal.trails {
-                let own = take(&mut own, 2 * trail.points().len()).ok_or_else(short)?;
-                let points: Vec<DVec2> =
-                    own.as_chunks::<2>().0.iter().map(|point| DVec2::from(*point)).collect();
-                trail.set_points(&points).map_err(|problem| format!("animal {i}: {problem}"))?;
-            }
-            if !own.is_empty() {
-                return Err(short());
             }
             animal.emit(&self.choice);
         }

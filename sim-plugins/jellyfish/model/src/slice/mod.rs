@@ -58,6 +58,8 @@ pub struct Slice<T> {
     /// From the lower left corner of the window [m].
     points: Vec<DVec2>,
     velocity: Vec<DVec2>,
+    /// See [`Slice::tow`].
+    towed: DVec2,
     system: System,
     /// Where the window has gone, in cells.
     offset: [i64; 2],
@@ -97,6 +99,7 @@ impl<T: Real> Slice<T> {
             follows: true,
             water: Water::new(grid)?,
             velocity: vec![DVec2::ZERO; points.len()],
+            towed: DVec2::ZERO,
             system: System::new(points.len() / 2),
             points,
             network,
@@ -129,6 +132,11 @@ impl<T: Real> Slice<T> {
         // Positive x is to the right of an animal that looks up.
         let off = if axis.dot(aim) >= 0.0 { aim.perp_dot(axis) } else { aim.perp_dot(axis).signum() };
         self.gait.turn = (STEERING * off).clamp(-STEERED, STEERED);
+    }
+
+    /// Pushes all points of the bell alike in the next step, as if each became so much faster [m/s].
+    pub fn tow(&mut self, by: DVec2) {
+        self.towed = if by.is_finite() { by } else { DVec2::ZERO };
     }
 
     /// What it is made of.
@@ -239,6 +247,13 @@ impl<T: Real> Slice<T> {
         centre(&self.network, &self.points) + self.corner()
     }
 
+    /// Mean velocity of the bell's points [m/s].
+    pub fn velocity(&self) -> DVec2 {
+        let bell = self.points[..2 * self.network.margin + 2].iter().enumerate().filter(|(i, _)| *i != 1);
+        let count = (2 * self.network.margin + 1) as f64;
+        bell.map(|(_, point)| DVec2::from(self.water.velocity(point.to_array()))).sum::<DVec2>() / count
+    }
+
     /// Where the apex points, seen from the middle of the margin: a unit vector.
     pub fn axis(&self) -> DVec2 {
         let margin = 2 * self.network.margin;
@@ -300,6 +315,12 @@ impl<T: Real> Slice<T> {
         let weight = DVec2::new(0.0, -self.build.weight * dt / count);
         for (i, _) in self.points.iter().enumerate().filter(|(i, _)| *i != 1) {
             self.system.push(i, weight);
+        }
+        let towed = core::mem::take(&mut self.towed);
+        if towed != DVec2::ZERO {
+            for i in (0..margin + 2).filter(|i| *i != 1) {
+                self.system.push(i, towed * mass);
+            }
         }
         self.system.solve();
         for (i, point) in self.points.iter().enumerate().filter(|(i, _)| *i != 1) {

@@ -10,10 +10,11 @@ use reef_flow::{
 use reef_sdk::abi::{DrawVertex, pack_normal};
 
 use super::{
+    disc::{Disc, Frame},
     form::Form,
     noise::{AROUND, Noise, RingNoise, fade},
     normals::Rows,
-    spline::Resample,
+    profile::Profile,
 };
 use crate::lanes::WIDTH;
 
@@ -31,36 +32,10 @@ const STRUCTURES_WHOLE: f32 = 0.6;
 /// meet.
 const RIDGES_END: f32 = 0.85;
 
-/// Where the slice stands in the sea: its x, its y, and across it. Unit vectors, right-handed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// Along the slice's x.
-    pub x: Vec3,
-    /// Along the slice's y: the animal's way when it is upright.
-    pub y: Vec3,
-    /// Across the slice.
-    pub z: Vec3,
-}
-
-impl Default for Frame {
-    fn default() -> Self {
-        Self { x: Vec3::X, y: Vec3::Y, z: Vec3::Z }
-    }
-}
-
-impl Frame {
-    pub(crate) fn of(&self, v: Vec2) -> Vec3 {
-        self.x * v.x + self.y * v.y
-    }
-}
-
 /// What all vertices of a ring have in common.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ring {
-    /// Middle of the disc; from there to its edge at cos = 1, and at sin = 1 [m].
-    centre: [f32; 3],
-    half: [f32; 3],
-    side: [f32; 3],
+    disc: Disc,
     /// Outward, as a sum over 1, cos, cos², sin and sin · cos.
     out: [[f32; 3]; 5],
     /// Factors of the tables of eq. (2) and eq. (4) [m]; what eq. (4) adds everywhere; height of the noise.
@@ -77,9 +52,6 @@ pub struct Bell {
     form: Form,
     /// Thickness ϑ [m].
     thickness: f32,
-    /// Points of the chain from the apex to the margin.
-    margin: usize,
-    resample: Resample,
     noise: Noise,
     /// cos, sin, and the waves of eqs. (2) and (4), around a ring.
     tables: [Vec<f32>; 4],
@@ -87,27 +59,23 @@ pub struct Bell {
     cells: [Vec<f32>; 2],
     /// Distance of the pair of each ring at rest [m].
     rest: Vec<f32>,
-    /// x and y of the knots, and of the samples.
-    knots: [Vec<f32>; 2],
-    normals: Vec<Vec2>,
-    samples: [Vec<f32>; 2],
+    /// Of each slice: one, or two at right angles.
+    profiles: Vec<Profile>,
     rows: Rows,
 }
 
 impl Bell {
-    /// For a chain of so many points, and its shape at rest [m].
+    /// For a chain of so many points, and its shape at rest [m]; of one slice, or of two at right angles.
     ///
     /// # Errors
     /// As [`Form::check`].
-    pub fn new(form: Form, thickness: f64, rest: &[DVec2], seed: u64) -> Result<Self, String> {
+    pub fn new(
+        form: Form,
+        thickness: f64,
+        (rest, slices): (&[DVec2], usize),
+        seed: u64,
+    ) -> Result<Self, String> {
         form.check()?;
-        let (points, margin) = (rest.len(), rest.len() / 2);
-        let knots = 2 * points;
-        // Right samples from the outer to the inner apex, then the left ones, then both apices.
-        let way = points as f64;
-        let right = (0..form.rings).map(|ring| way * form.place(ring));
-        let left = (0..form.rings).map(|ring| knots as f64 - way * form.place(ring));
-        let places: Vec<f64> = right.chain(left).chain([0.0, way]).collect();
         let table = |wave: &dyn Fn(f64, f64) -> f64| -> Vec<f32> {
             let angle = |j: usize| core::f64::consts::TAU * j as f64 / form.around as f64;
             let turned = |j: usize, times: u32| cos_sin_f64(f64::from(times) * angle(j)).1;
@@ -128,31 +96,21 @@ impl Bell {
         ];
         let cell = form.around / AROUND;
         let through = |j: usize| j as f64 / cell as f64;
-        let resample = Resample::new(knots, &places);
-        let room = vec![0.0; resample.samples()];
-        let mut made = Self {
+        let mut profile = Profile::new(&form, thickness, rest.len());
+        profile.take(Level::best(), rest.iter().copied(), DVec2::ZERO);
+        Ok(Self {
             thickness: thickness as f32,
-            margin,
             noise: Noise::new(seed),
             tables,
             cells: [
                 (0..cell).map(|j| through(j) as f32).collect(),
                 (0..cell).map(|j| fade(through(j)) as f32).collect(),
             ],
-            rest: vec![0.0; form.rings],
-            knots: [vec![0.0; knots], vec![0.0; knots]],
-            normals: vec![Vec2::ZERO; points],
-            samples: [room.clone(), room],
-            resample,
+            rest: (0..form.rings).map(|ring| width(&profile, ring)).collect(),
+            profiles: vec![profile; slices],
             rows: Rows::new(form.rings + 2, form.around),
             form,
-        };
-        made.profile(Level::best(), rest.iter().copied(), DVec2::ZERO);
-        for ring in 0..form.rings {
-            let [a, b] = made.pair(ring);
-            made.rest[ring] = a.distance(b);
-        }
-        Ok(made)
+        })
     }
 
     /// What it looks like.
@@ -160,83 +118,22 @@ impl Bell {
         &self.form
     }
 
-    /// Thickness at a share of the way from the apex to the margin [m]: figure 3's profile, thickest at the
-    /// apex.
-    fn thickness_at(&self, share: f32) -> f32 {
-        let margin = self.form.margin_thickness as f32;
-        self.thickness * (margin + (1.0 - margin) * (1.0 - share * share))
-    }
-
-    /// Both sides of the chain as a loop, and its samples; places relative to `origin`.
-    fn profile(&mut self, level: Level, chain: impl Iterator<Item = DVec2>, origin: DVec2) {
-        let (margin, points) = (self.margin as isize, 2 * self.margin + 1);
-        // The chain runs from the margin of negative x to that of positive x. On the loop the outer apex is
-        // 0, the right side follows, the inner apex is `points`.
-        let outer = |i: usize| (i as isize - margin).rem_euclid(2 * points as isize) as usize;
-        let inner = |i: usize| (points as isize - (i as isize - margin)) as usize;
-        let [x, y] = &mut self.knots;
-        for (i, point) in chain.enumerate().take(points) {
-            [x[inner(i)], y[inner(i)]] = (point - origin).as_vec2().to_array();
-        }
-        for i in 0..points {
-            let at = |i: usize| Vec2::new(self.knots[0][inner(i)], self.knots[1][inner(i)]);
-            let along = at((i + 1).min(points - 1)) - at(i.saturating_sub(1));
-            let normal = along.perp().normalize_or(Vec2::Y);
-            self.normals[i] = normal;
-            let share = (i as isize - margin).unsigned_abs() as f32 / margin as f32;
-            let outside = at(i) + normal * self.thickness_at(share);
-            [self.knots[0][outer(i)], self.knots[1][outer(i)]] = outside.to_array();
-        }
-        reef_flow::dispatch!(level, simd => {
-            for (knots, samples) in self.knots.iter().zip(&mut self.samples) {
-                self.resample.apply(simd, knots, samples);
-            }
-        });
-    }
-
-    fn sample(&self, at: usize) -> Vec2 {
-        Vec2::new(self.samples[0][at], self.samples[1][at])
-    }
-
-    /// The points of a ring's pair: on the side of positive x, and opposite.
-    fn pair(&self, ring: usize) -> [Vec2; 2] {
-        [self.sample(ring), self.sample(self.form.rings + ring)]
-    }
-
-    /// The chain's normal at a share of the way from the apex to the margin, on both sides.
-    fn outward(&self, share: f32) -> [Vec2; 2] {
-        let place = share * self.margin as f32;
-        let cell = (place as usize).min(self.margin - 1);
-        let between = place - cell as f32;
-        let (right, left) = (self.margin + cell, self.margin - cell);
-        [
-            self.normals[right].lerp(self.normals[right + 1], between),
-            self.normals[left].lerp(self.normals[left - 1], between),
-        ]
-    }
-
-    fn ring(&self, ring: usize, frame: &Frame) -> Ring {
-        let [a, b] = self.pair(ring);
+    /// What the vertices of a ring share; a frame for each slice.
+    fn ring(&self, ring: usize, frames: &[Frame]) -> Ring {
         let place = self.form.place(ring) as f32;
         let outer = place < 0.5;
         let share = if outer { 2.0 * place } else { 2.0 * (1.0 - place) };
-        let (centre, half) = (0.5 * (a + b), 0.5 * (a - b));
-        let radius = half.length();
-        let [right, left] = self.outward(share);
-        let e = half / radius.max(f32::MIN_POSITIVE);
-        let axis = e.perp();
-        // Outward at cos = 1 and at cos = −1: how far from the axis, and along it.
-        let (near, far) = ([e.dot(right), axis.dot(right)], [-e.dot(left), axis.dot(left)]);
-        let mean = [0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])];
-        let tilt = [0.5 * (near[0] - far[0]), 0.5 * (near[1] - far[1])];
-        let (e3, axis3, z) = (frame.of(e), frame.of(axis), frame.z);
-        let out = [axis3 * mean[1], e3 * mean[0] + axis3 * tilt[1], e3 * tilt[0], z * mean[0], z * tilt[0]];
+        let (disc, out) = match (&self.profiles[..], frames) {
+            ([own, other], [x, z]) => crossed([own, other], ring, share, [x, z]),
+            _ => turned(&self.profiles[0], ring, share, &frames[0]),
+        };
         let theta = self.thickness;
-        let thickness = self.thickness_at(share);
+        let thickness = self.profiles[0].thickness_at(share);
         // Eq. (4), read so that a relaxed bell is smooth. What contracts is the sub-umbrella there.
         let own = if outer { self.form.rings - 1 - ring } else { ring };
-        let (rest, [a, b]) = (self.rest[own], self.pair(own));
-        let length = a.distance(b);
+        let rest = self.rest[own];
+        let lengths = self.profiles.iter().map(|profile| width(profile, own));
+        let length = lengths.sum::<f32>() / self.profiles.len() as f32;
         let compressed =
             ((rest - length) / (rest - GAMMA * rest).max(f32::MIN_POSITIVE)).clamp(0.0, MOST_COMPRESSED);
         // Other waves shrink with the ring that they go around.
@@ -246,9 +143,7 @@ impl Bell {
         // As high as the bell is thick there, and smooth where the rings of the apex have no room for waves.
         let height = self.form.compression as f32 * thickness * compressed * outside;
         Ring {
-            centre: frame.of(centre).to_array(),
-            half: frame.of(half).to_array(),
-            side: (z * radius).to_array(),
+            disc,
             out: out.map(|v| v.to_array()),
             structure: self.form.structure as f32 * theta * whole * room,
             ridges: height * KAPPA * whole,
@@ -258,33 +153,40 @@ impl Bell {
         }
     }
 
-    /// Makes all vertices, [`Form::bell_vertices`] of them, relative to `origin` (in the slice's plane, m),
-    /// at a time [s] of the sea.
-    pub fn write(
+    /// Makes all vertices, [`Form::bell_vertices`] of them, at a time [s] of the sea. `slices`: the chain of
+    /// each, the place that vertices are relative to (in its plane, m), and how it stands in the sea.
+    pub fn write<C: Iterator<Item = DVec2>>(
         &mut self,
         level: Level,
-        chain: impl Iterator<Item = DVec2>,
-        origin: DVec2,
-        frame: &Frame,
+        slices: impl IntoIterator<Item = (C, DVec2, Frame)>,
         time: f64,
         into: &mut [DrawVertex],
     ) {
-        self.profile(level, chain, origin);
+        let mut frames = [Frame::default(); 2];
+        let count = self.profiles.len();
+        for ((profile, frame), (chain, origin, own)) in self.profiles.iter_mut().zip(&mut frames).zip(slices)
+        {
+            profile.take(level, chain, origin);
+            *frame = own;
+        }
         self.noise.set_time(time);
-        reef_flow::dispatch!(level, simd => self.wide(simd, frame, into));
+        reef_flow::dispatch!(level, simd => self.wide(simd, &frames[..count], into));
     }
 
     #[inline(always)]
-    fn wide<S: Simd>(&mut self, simd: S, frame: &Frame, into: &mut [DrawVertex]) {
+    fn wide<S: Simd>(&mut self, simd: S, frames: &[Frame], into: &mut [DrawVertex]) {
         let (rings, around) = (self.form.rings, self.form.around);
         for ring in 0..rings {
-            let shared = self.ring(ring, frame);
+            let shared = self.ring(ring, frames);
             let place = self.form.place(ring) as f32;
             let noise = self.noise.ring(if place < 0.5 { 2.0 * place } else { 2.0 * (1.0 - place) });
             self.turn(simd, ring + 1, &shared, &noise);
             self.rows.close(ring + 1);
         }
-        let ends = [2 * rings, 2 * rings + 1].map(|at| frame.of(self.sample(at)));
+        let ends = [0, 1].map(|end| {
+            let apices = self.profiles.iter().zip(frames).map(|(own, frame)| frame.of(own.apices()[end]));
+            apices.reduce(|own, other| 0.5 * (own + other)).unwrap_or_default()
+        });
         self.rows.gather(0, ends[0].to_array());
         self.rows.gather(rings + 1, ends[1].to_array());
         let (body, apices) = into.split_at_mut(rings * around);
@@ -300,7 +202,7 @@ impl Bell {
             *vertex = DrawVertex {
                 position: end.to_array(),
                 normal: pack_normal(normal.to_array()),
-                thickness: self.thickness_at(0.0),
+                thickness: self.thickness,
             };
         }
     }
@@ -319,8 +221,11 @@ impl Bell {
             splat3(simd, ring.out[3]),
             splat3(simd, ring.out[4]),
         ];
-        let (centre, half, side) =
-            (splat3(simd, ring.centre), splat3(simd, ring.half), splat3(simd, ring.side));
+        let Disc { centre, half, side, twist, .. } = ring.disc;
+        let twisted = twist != Vec3::ZERO;
+        // cos 2φ = 2 cos² φ − 1.
+        let [centre, half, side, twist] =
+            [centre - twist, half, side, 2.0 * twist].map(|part| splat3(simd, part.to_array()));
         let (structure, height) = (splat(simd, ring.structure), splat(simd, ring.noise));
         let (rise, thicker) = (splat(simd, ring.ridges), splat(simd, ring.thicker));
         let thickness = splat(simd, ring.thickness);
@@ -343,7 +248,8 @@ impl Bell {
                 out = mul_add(out_parts[2][part], cos_cos, out);
                 out = mul_add(out_parts[3][part], sin, out);
                 out = mul_add(out_parts[4][part], sin_cos, out);
-                let place = mul_add(half[part], cos, mul_add(side[part], sin, centre[part]));
+                let centre = if twisted { mul_add(twist[part], cos_cos, centre[part]) } else { centre[part] };
+                let place = mul_add(half[part], cos, mul_add(side[part], sin, centre));
                 let at = part * stride + j;
                 mul_add(out, moved, place).store_slice(&mut data[at..at + WIDTH]);
             }
@@ -351,6 +257,60 @@ impl Bell {
             (thickness + ridge).store_slice(&mut data[at..at + WIDTH]);
         }
     }
+}
+
+/// Distance of the points of a ring's pair [m].
+fn width(profile: &Profile, ring: usize) -> f32 {
+    let [a, b] = profile.pair(ring);
+    a.distance(b)
+}
+
+/// Outward at the points of a pair, across their disc and along its axis: the mean of both, and by how much
+/// that on the side of positive x is more.
+fn leans(profile: &Profile, [a, b]: [Vec2; 2], share: f32) -> [[f32; 2]; 2] {
+    let half = 0.5 * (a - b);
+    let e = half / half.length().max(f32::MIN_POSITIVE);
+    let axis = e.perp();
+    let [right, left] = profile.outward(share);
+    let (near, far) = ([e.dot(right), axis.dot(right)], [-e.dot(left), axis.dot(left)]);
+    [
+        [0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])],
+        [0.5 * (near[0] - far[0]), 0.5 * (near[1] - far[1])],
+    ]
+}
+
+/// The disc of a ring, and outward around it as a sum over 1, cos, cos², sin and sin · cos.
+fn turned(profile: &Profile, ring: usize, share: f32, frame: &Frame) -> (Disc, [Vec3; 5]) {
+    let pair = profile.pair(ring);
+    let [a, b] = pair;
+    let half = 0.5 * (a - b);
+    let e = half / half.length().max(f32::MIN_POSITIVE);
+    let [mean, tilt] = leans(profile, pair, share);
+    let (e, axis, z) = (frame.of(e), frame.of(e.perp()), frame.z);
+    let out = [axis * mean[1], e * mean[0] + axis * tilt[1], e * tilt[0], z * mean[0], z * tilt[0]];
+    (Disc::turned(pair, frame), out)
+}
+
+/// The same of two slices: what leans outward goes over from one pair to the other.
+fn crossed([own, other]: [&Profile; 2], ring: usize, share: f32, frames: [&Frame; 2]) -> (Disc, [Vec3; 5]) {
+    let pairs = [own.pair(ring), other.pair(ring)];
+    let disc = Disc::crossed(pairs, frames);
+    let ([mean, tilt], [crossing, across]) =
+        (leans(own, pairs[0], share), leans(other, pairs[1], share));
+    let e = disc.half.normalize_or(frames[0].x);
+    let f = disc.aside;
+    // x is half, z is side: y = z × x.
+    let axis = f.cross(e).normalize_or(frames[0].y);
+    let mean = [0.5 * (mean[0] + crossing[0]), 0.5 * (mean[1] + crossing[1])];
+    // (e cos + f sin)(mean + tilt cos + across sin) + axis (…), with sin² = 1 − cos².
+    let out = [
+        axis * mean[1] + f * across[0],
+        e * mean[0] + axis * tilt[1],
+        e * tilt[0] - f * across[0],
+        f * mean[0] + axis * across[1],
+        f * tilt[0] + e * across[0],
+    ];
+    (disc, out)
 }
 
 #[inline(always)]

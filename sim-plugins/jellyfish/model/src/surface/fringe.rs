@@ -5,7 +5,7 @@
 use core::f64::consts::TAU;
 
 use fearless_simd::{Simd, f32x8, prelude::*};
-use glam::Vec2;
+use glam::Vec3;
 use reef_flow::{
     Level,
     math::cos_sin_f64,
@@ -14,7 +14,7 @@ use reef_flow::{
 };
 use reef_sdk::abi::{DrawVertex, FibreNode, MeshVertex};
 
-use super::{bell::Frame, normals::pack};
+use super::{disc::Disc, normals::pack};
 use crate::lanes::WIDTH;
 
 /// Vertices around a tube.
@@ -56,8 +56,8 @@ pub struct Fringe {
     tables: [Vec<f32>; 3],
     /// Radii of each point along a tube.
     radii: Vec<[f32; 2]>,
-    /// Middle and half of each disc, three coordinates each [m].
-    discs: Vec<[[f32; 3]; 2]>,
+    /// Of each point along the tubes.
+    discs: Vec<Disc>,
     /// Places of the points along eight tubes.
     lines: Vec<[[f32; WIDTH]; 3]>,
 }
@@ -108,7 +108,7 @@ impl Fringe {
             points,
             tables,
             radii: radii.collect(),
-            discs: vec![[[0.0; 3]; 2]; points],
+            discs: vec![Disc::default(); points],
             lines: vec![[[0.0; WIDTH]; 3]; points],
             form,
         })
@@ -162,36 +162,23 @@ impl Fringe {
         (0..self.form.count).flat_map(|_| tube.clone()).collect()
     }
 
-    /// Makes all vertices, [`Fringe::vertices`] of them. `pairs`: from root to tip the points on the side of
-    /// positive x and opposite, relative to the origin, in the slice's plane [m].
-    pub fn write(
-        &mut self,
-        level: Level,
-        pairs: impl Iterator<Item = [Vec2; 2]>,
-        frame: &Frame,
-        into: &mut [DrawVertex],
-    ) {
-        self.set_discs(pairs, frame);
+    /// Makes all vertices, [`Fringe::vertices`] of them. `discs`: what tubes meet from root to tip.
+    pub fn write(&mut self, level: Level, discs: impl Iterator<Item = Disc>, into: &mut [DrawVertex]) {
+        self.set_discs(discs);
         reef_flow::dispatch!(level, simd => {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points * SIDES).enumerate() {
-                self.eight(simd, block * WIDTH, frame, into);
+                self.eight(simd, block * WIDTH, into);
             }
         });
     }
 
-    /// Middles of all tubes, [`Fringe::nodes`] of them, tube after tube from root to tip; `pairs` as in
+    /// Middles of all tubes, as many as points of all, tube after tube from root to tip; `discs` as in
     /// [`Fringe::write`].
-    pub fn write_nodes(
-        &mut self,
-        level: Level,
-        pairs: impl Iterator<Item = [Vec2; 2]>,
-        frame: &Frame,
-        into: &mut [FibreNode],
-    ) {
-        self.set_discs(pairs, frame);
+    pub fn write_nodes(&mut self, level: Level, discs: impl Iterator<Item = Disc>, into: &mut [FibreNode]) {
+        self.set_discs(discs);
         reef_flow::dispatch!(level, simd => {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
-                self.along(simd, block * WIDTH, frame);
+                self.along(simd, block * WIDTH);
                 for (k, (line, radii)) in self.lines.iter().zip(&self.radii).enumerate() {
                     // A tip that is closed still has a width.
                     let radius = radii[0].max(THINNEST * self.form.radius[0] as f32);
@@ -204,28 +191,30 @@ impl Fringe {
         });
     }
 
-    fn set_discs(&mut self, pairs: impl Iterator<Item = [Vec2; 2]>, frame: &Frame) {
-        for (disc, [a, b]) in self.discs.iter_mut().zip(pairs) {
-            *disc = [frame.of(0.5 * (a + b)), frame.of(0.5 * (a - b))].map(|v| v.to_array());
-        }
+    fn set_discs(&mut self, discs: impl Iterator<Item = Disc>) {
+        self.discs.iter_mut().zip(discs).for_each(|(own, disc)| *own = disc);
     }
 
     /// The middles of eight tubes, into `lines`.
     #[inline(always)]
-    fn along<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame) {
+    fn along<S: Simd>(&mut self, simd: S, first: usize) {
         let [cos, sin, length] = &self.tables;
         let cos = f32x8::from_slice(simd, &cos[first..first + WIDTH]);
         let sin = f32x8::from_slice(simd, &sin[first..first + WIDTH]);
         let length = f32x8::from_slice(simd, &length[first..first + WIDTH]);
-        let z = frame.z.to_array();
+        let cos_cos = cos * cos;
         // The root stays on the bell; what follows is longer or shorter.
         let mut root = [splat(simd, 0.0); 3];
-        for (k, ([centre, half], line)) in self.discs.iter().zip(&mut self.lines).enumerate() {
-            let radius = glam::Vec3::from(*half).length();
+        for (k, (disc, line)) in self.discs.iter().zip(&mut self.lines).enumerate() {
+            let Disc { centre, half, side, twist, .. } = *disc;
+            let twisted = twist != Vec3::ZERO;
             for part in 0..3 {
-                let side = splat(simd, z[part] * radius);
-                let place =
-                    mul_add(splat(simd, half[part]), cos, mul_add(side, sin, splat(simd, centre[part])));
+                let [half, side] = [half, side].map(|way| splat(simd, way[part]));
+                let mut middle = splat(simd, centre[part] - twist[part]);
+                if twisted {
+                    middle = mul_add(splat(simd, 2.0 * twist[part]), cos_cos, middle);
+                }
+                let place = mul_add(half, cos, mul_add(side, sin, middle));
                 if k == 0 {
                     root[part] = place;
                 }
@@ -235,15 +224,15 @@ impl Fringe {
     }
 
     #[inline(always)]
-    fn eight<S: Simd>(&mut self, simd: S, first: usize, frame: &Frame, into: &mut [DrawVertex]) {
-        self.along(simd, first, frame);
+    fn eight<S: Simd>(&mut self, simd: S, first: usize, into: &mut [DrawVertex]) {
+        self.along(simd, first);
         let [cos, sin, _] = &self.tables;
         let cos = f32x8::from_slice(simd, &cos[first..first + WIDTH]);
         let sin = f32x8::from_slice(simd, &sin[first..first + WIDTH]);
-        let z = frame.z.to_array();
         for k in 0..self.points {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(self.points - 1));
-            let half = glam::Vec3::from(self.discs[k][1]).normalize_or(frame.x).to_array();
+            let Disc { half, aside, .. } = self.discs[k];
+            let half = half.normalize_or(aside.any_orthonormal_vector());
             let mut along = [splat(simd, 0.0); 3];
             let mut around = along;
             let mut place = along;
@@ -251,7 +240,7 @@ impl Fringe {
                 place[part] = f32x8::from_slice(simd, &self.lines[k][part]);
                 along[part] = f32x8::from_slice(simd, &self.lines[after][part])
                     - f32x8::from_slice(simd, &self.lines[before][part]);
-                around[part] = splat(simd, z[part]) * cos - splat(simd, half[part]) * sin;
+                around[part] = splat(simd, aside[part]) * cos - splat(simd, half[part]) * sin;
             }
             // Outward: across the tube and its way around the bell.
             let out = unit(simd, cross(around, along));

@@ -6,6 +6,7 @@ mod levels;
 mod library;
 mod sea;
 mod slice;
+mod slices;
 mod species;
 mod steer;
 mod surface;

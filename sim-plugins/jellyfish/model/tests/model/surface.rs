@@ -6,7 +6,7 @@ use glam::{DVec2, Vec3};
 use reef_flow::Level;
 use reef_jellyfish_model::{
     slice::{Build, Gait, Slice},
-    surface::{Bell, Form, Frame, Fringe, FringeForm},
+    surface::{Bell, Disc, Form, Frame, Fringe, FringeForm},
     trail::Trail,
 };
 use reef_sdk::abi::DrawVertex;
@@ -31,13 +31,13 @@ fn animal() -> Slice<f32> {
 
 fn bell(form: Form, rest: &Slice<f32>, seed: u64) -> Bell {
     let chain: Vec<DVec2> = rest.chain().collect();
-    Bell::new(form, rest.build().thickness, &chain, seed).expect("a form")
+    Bell::new(form, rest.build().thickness, (&chain, 1), seed).expect("a form")
 }
 
 fn vertices(bell: &mut Bell, slice: &Slice<f32>, time: f64) -> Vec<DrawVertex> {
     let mut vertices = vec![DrawVertex::default(); bell.form().bell_vertices()];
     let frame = Frame::default();
-    bell.write(Level::best(), slice.chain(), slice.place(), &frame, time, &mut vertices);
+    bell.write(Level::best(), [(slice.chain(), slice.place(), frame)], time, &mut vertices);
     vertices
 }
 
@@ -239,7 +239,7 @@ fn a_surface_gives_the_same_bytes_at_every_instruction_set() {
     let of = |level: Level| {
         let mut vertices = vec![DrawVertex::default(); Form::default().bell_vertices()];
         let mut bell = bell(Form::default(), &rest, 9);
-        bell.write(level, slice.chain(), slice.place(), &Frame::default(), 1.0, &mut vertices);
+        bell.write(level, [(slice.chain(), slice.place(), Frame::default())], 1.0, &mut vertices);
         vertices
     };
     let first = of(Level::scalar());
@@ -259,7 +259,7 @@ fn a_form_that_cannot_be_made_is_refused_by_its_key() {
     ];
     let chain: Vec<DVec2> = animal().chain().collect();
     for (form, key) in forms {
-        let message = Bell::new(form, 0.004, &chain, 0).expect_err("refused");
+        let message = Bell::new(form, 0.004, (&chain, 1), 0).expect_err("refused");
         assert!(message.contains(key), "{message}");
     }
 }
@@ -279,7 +279,8 @@ fn tentacles_hang_from_the_margin_all_around_it() {
         let form = FringeForm { count: 16, variation: 0.0, ..FringeForm::default() };
         let mut fringe = Fringe::new(form, points, 1).expect("a fringe");
         let mut vertices = vec![DrawVertex::default(); fringe.vertices()];
-        fringe.write(Level::best(), (0..points).map(pairs), &Frame::default(), &mut vertices);
+        let discs = (0..points).map(|k| Disc::turned(pairs(k), &Frame::default()));
+        fringe.write(Level::best(), discs, &mut vertices);
         let indices = fringe.indices();
         assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));
         assert!(worst(&indices, &vertices) > 0.3, "{}", worst(&indices, &vertices));
