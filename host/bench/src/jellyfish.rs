@@ -29,6 +29,8 @@ const SCENE: &str = "jellyfish-bloom";
 const ANIMALS: u64 = 64;
 /// Rounds in which everything takes its turn.
 const ROUNDS: usize = 40;
+/// Steps of the sea in which animals of one and of two slices swim.
+const SWUM: usize = 960;
 /// Steps before anything is measured.
 const WARM_STEPS: usize = 60;
 /// Cells along a side, and the step of a slice [s].
@@ -46,6 +48,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     parts(level, &mut report)?;
     surface(level, &mut report)?;
     jet(level, &mut report)?;
+    slices(level, &mut report)?;
     memory(&mut report)?;
     bloom(common, &mut report)?;
     report.note(format!(
@@ -107,13 +110,13 @@ fn surface(level: Level, report: &mut Report) -> Result<(), Failure> {
     let slice = animal(level)?;
     let chain: Vec<DVec2> = slice.chain().collect();
     let form = Form { rings: (VERTICES / Form::default().around) & !1, ..Form::default() };
-    let mut bell = Bell::new(form, slice.build().thickness, &chain, 1).map_err(refused)?;
+    let mut bell = Bell::new(form, slice.build().thickness, (&chain, 1), 1).map_err(refused)?;
     let mut vertices = vec![DrawVertex::default(); bell.form().bell_vertices()];
     let count = vertices.len();
     let frame = Frame::default();
     let (chain, place) = (&chain, slice.place());
     let seen = rounds(
-        vec![Box::new(|| bell.write(level, chain.iter().copied(), place, &frame, 1.0, &mut vertices))],
+        vec![Box::new(|| bell.write(level, [(chain.iter().copied(), place, frame)], 1.0, &mut vertices))],
         ROUNDS,
     );
     let name = format!("surface of a bell of {count} vertices");
@@ -138,6 +141,28 @@ fn jet(level: Level, report: &mut Report) -> Result<(), Failure> {
     );
     report.figure("what the jet's primitives miss of the speed around", 100.0 * (missed / all).sqrt(), "%");
     report.figure("to fit them", 1e3 * best(&seen, 0), "ms");
+    Ok(())
+}
+
+/// Two slices at right angles beside one: how far they swim upward and aslant, and what they cost.
+fn slices(level: Level, report: &mut Report) -> Result<(), Failure> {
+    let around = Surroundings { level, ..Surroundings::default() };
+    let swim = |slices: usize, aim: DVec3| -> Result<(Bloom, DVec3), Failure> {
+        let birth = Birth { place: DVec3::Y * -5.0, slices, aim, ..Birth::default() };
+        let mut bloom = Bloom::new(&[Species::default()], &[birth]).map_err(refused)?;
+        (0..SWUM).for_each(|_| bloom.step(&around));
+        let way = bloom.place(0).unwrap_or(birth.place) - birth.place;
+        Ok((bloom, way))
+    };
+    let aslant = DVec3::new(0.6, 0.5, 0.6).normalize();
+    let ((mut one, up), (mut two, up_too)) = (swim(1, DVec3::Y)?, swim(2, DVec3::Y)?);
+    let (in_plane, to_side) = (swim(1, aslant)?.1, swim(2, aslant)?.1);
+    report.figure("way of one slice upward in 16 s", up.length(), "m");
+    report.figure("of two slices", up_too.length(), "m");
+    report.figure("way of one slice along an aim out of its plane", in_plane.dot(aslant), "m");
+    report.figure("of two slices", to_side.dot(aslant), "m");
+    let seen = rounds(vec![Box::new(|| one.step(&around)), Box::new(|| two.step(&around))], ROUNDS);
+    report.figure("cost of two slices over that of one", best(&seen, 1) / best(&seen, 0), "x");
     Ok(())
 }
 

@@ -295,8 +295,7 @@ fn turned(profile: &Profile, ring: usize, share: f32, frame: &Frame) -> (Disc, [
 fn crossed([own, other]: [&Profile; 2], ring: usize, share: f32, frames: [&Frame; 2]) -> (Disc, [Vec3; 5]) {
     let pairs = [own.pair(ring), other.pair(ring)];
     let disc = Disc::crossed(pairs, frames);
-    let ([mean, tilt], [crossing, across]) =
-        (leans(own, pairs[0], share), leans(other, pairs[1], share));
+    let ([mean, tilt], [crossing, across]) = (leans(own, pairs[0], share), leans(other, pairs[1], share));
     let e = disc.half.normalize_or(frames[0].x);
     let f = disc.aside;
     // x is half, z is side: y = z × x.

@@ -129,7 +129,8 @@ fn two_slices_share_what_the_sea_feels() {
 
 #[test]
 fn two_slices_go_on_from_a_saved_state_alike() {
-    let births = [1, 2, 2].map(|slices| Birth { slices, aim: DVec3::new(0.2, 1.0, 0.7), ..birth(slices as u64) });
+    let births =
+        [1, 2, 2].map(|slices| Birth { slices, aim: DVec3::new(0.2, 1.0, 0.7), ..birth(slices as u64) });
     let mut first = bloom(&births);
     swim(&mut first, 1.0);
     let state = first.save();
