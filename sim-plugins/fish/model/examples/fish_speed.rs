@@ -55,6 +55,7 @@ fn around(near: f64, level: Level) -> Surroundings<'static> {
         bed: None,
         waves: Waves::default(),
         obstacles: &[],
+        strangers: &[],
         surface: 0.0,
         hosts: &[],
         eye: DVec3::new(0.0, -100.0, 0.0),

@@ -10,7 +10,7 @@ use crate::{
     draw::{Brush, Wear},
     look::Look,
     paint,
-    shoal::{Host as Anemone, Shoal, State, Surroundings, Waves, id_of},
+    shoal::{Host as Anemone, Shoal, State, Stranger, Surroundings, Waves, id_of},
     sow::Stock,
 };
 
@@ -34,6 +34,8 @@ pub struct Fish {
     hosts: Vec<u32>,
     /// Those of them that are there.
     anemones: Vec<Anemone>,
+    /// Who else is there, of other modules.
+    strangers: Vec<Stranger>,
     /// What the fish carry, at the panel's strength.
     flows: Vec<abi::Flow>,
     /// Room for the nodes of a fish, where a recording asks for them.
@@ -47,6 +49,7 @@ mod id {
     pub(super) const SKIN: u32 = 3;
     pub(super) const WAVES: u32 = 4;
     pub(super) const SPRINGS: u32 = 5;
+    pub(super) const STRANGERS: u32 = 6;
 }
 
 /// What can change while the sea runs.
@@ -70,6 +73,11 @@ pub const PARAMS: &[Param] = &[
         .range(0.0, 10.0)
         .default(1.0)
         .help("Factor on the orbital velocity with which the waves carry fish; 0 leaves them out."),
+    Param::switch(id::STRANGERS, "strangers")
+        .label("Heed others")
+        .group("Behaviour")
+        .default(1.0)
+        .help("They keep off what swims or stands in other modules, and flee from what is large and fast there, or feared."),
     Param::float(id::SKIN, "skin")
         .label("Skin")
         .group("Figures")
@@ -177,6 +185,7 @@ impl Plugin for Fish {
             materials,
             hosts,
             anemones: Vec::new(),
+            strangers: Vec::new(),
             nodes: Vec::new(),
         })
     }
@@ -184,13 +193,19 @@ impl Plugin for Fish {
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
         let (hosts, anemones) = (&self.hosts, &mut self.anemones);
         anemones.clear();
-        let theirs = input.actors().iter().filter(|actor| hosts.contains(&actor.species));
+        let is_host = |actor: &&abi::Actor| hosts.contains(&actor.species);
+        let theirs = input.actors().iter().filter(is_host);
         anemones.extend(theirs.map(|actor| Anemone {
             id: actor.id,
             species: actor.species,
             position: DVec3::from(actor.position),
             radius: actor.radius.into(),
         }));
+        // Ids of other modules' actors have a tag above those that a module may give.
+        let heeds = input.param(id::STRANGERS) >= 0.5;
+        let is_stranger = |actor: &&abi::Actor| heeds && actor.id > abi::GREATEST_ID && !is_host(actor);
+        self.strangers.clear();
+        self.strangers.extend(input.actors().iter().filter(is_stranger).map(Stranger::from));
         self.shoal.step(&Surroundings {
             flow: input.flow(),
             bed: input.heightfield(),
@@ -201,6 +216,7 @@ impl Plugin for Fish {
                 camera: Some(input.camera()),
             },
             obstacles: input.obstacles(),
+            strangers: &self.strangers,
             surface: 0.0,
             hosts: anemones,
             eye: DVec3::from(input.camera().position),

@@ -156,6 +156,10 @@ pub struct Mind {
     /// Species that it hunts, and that flee from it.
     #[schemars(length(max = 20))]
     pub prey: Vec<String>,
+    /// Species of other modules that frighten it, whatever they do; of the rest it flees from those that are
+    /// wider than it is long and faster than four fifths of its own top speed.
+    #[schemars(length(max = 20))]
+    pub fears: Vec<String>,
     /// It hunts only when it is hungry.
     pub hunger: bool,
     /// It courts others of its kind from time to time.
@@ -180,6 +184,7 @@ impl Default for Mind {
             wander: 0.4,
             cruise: 0.6,
             prey: Vec::new(),
+            fears: Vec::new(),
             hunger: false,
             mating: false,
             home: 0.0,

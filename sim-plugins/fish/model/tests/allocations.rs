@@ -80,6 +80,7 @@ fn a_step_of_a_shoal_allocates_nothing_once_warm() {
             bed: None,
             waves: Waves { trains: &[wave], depth: 9.0, factor: 1.0, camera: None },
             obstacles: &[rock],
+            strangers: &[],
             surface: 0.0,
             hosts: &[Host {
                 position: DVec3::new(0.0, -5.0, 0.0),

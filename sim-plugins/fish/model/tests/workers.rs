@@ -76,6 +76,7 @@ fn shoal(workers: Workers<'_>) -> (State, Vec<Flow>) {
             bed: None,
             waves: Waves { trains: &[wave], depth: 9.0, factor: 1.0, camera: None },
             obstacles: &[],
+            strangers: &[],
             surface: 0.0,
             hosts: &[Host {
                 position: DVec3::new(0.0, -5.0, 0.0),

@@ -1,5 +1,17 @@
 //! What fish perceive, want and, as points, do, eight fish of a kind at once.
 
+use super::{
+    FASTEST_WATER, Fish, NOBODY, Surroundings,
+    grid::Grid,
+    habits::Habits,
+    perceive::{self, Eight, Lists, Others, Sight},
+    steer::{self, Own, Whims, Wishes},
+    strangers::{Near, Standing},
+    turn::Pace,
+    walls::{self, Body, Off},
+    waves::{Sixteens, Swaying},
+};
+use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
 use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3};
 use reef_flow::{
@@ -7,19 +19,6 @@ use reef_flow::{
     simd::{prefetch, splat},
     velocity8,
 };
-use reef_sdk::abi::Obstacle;
-
-use super::{
-    FASTEST_WATER, Fish, NOBODY, Surroundings,
-    grid::Grid,
-    habits::Habits,
-    perceive::{self, Eight, Lists, Others, Sight},
-    steer::{self, Own, Whims, Wishes},
-    turn::Pace,
-    walls::{self, Body, Off},
-    waves::{Sixteens, Swaying},
-};
-use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
 
 /// Side of the cells that share their water and their rocks [m].
 const CELL: f32 = 4.0;
@@ -61,11 +60,13 @@ pub(super) struct Scene<'a> {
     pub(super) anchor: DVec3,
     pub(super) field: &'a Field,
     pub(super) swaying: &'a Swaying,
+    pub(super) standing: &'a Standing,
     pub(super) whims: Whims,
     /// The highest of the bed [m, world].
     pub(super) bed_top: f64,
-    /// Length of the longest fish [m].
+    /// Length of the longest fish, and how far the one sees that sees farthest [m].
     pub(super) longest: f64,
+    pub(super) farthest: f64,
 }
 
 /// Room for one worker: lists, and water and rocks of the cell that it is in.
@@ -75,16 +76,16 @@ pub(super) struct Scratch {
     own: Own,
     cell: Option<[i32; 3]>,
     water: Packed,
-    obstacles: Vec<u32>,
+    standing: Near,
     waves: Sixteens,
 }
 
 impl Scratch {
     /// Makes room for a step; nothing of an earlier one is left.
-    pub(super) fn begin(&mut self, field: &Field, obstacles: &[Obstacle]) {
+    pub(super) fn begin(&mut self, field: &Field, standing: &Standing) {
         self.cell = None;
         self.water.make_room(field);
-        self.obstacles.reserve(obstacles.len());
+        self.standing.reserve(standing);
     }
 
     /// Takes up water and rocks of a cell: what they are depends on the cell alone.
@@ -97,11 +98,7 @@ impl Scratch {
         let radius = 0.5 * f64::from(CELL) * 3.0_f64.sqrt();
         let bounds = Sphere { center: center.to_array(), radius };
         self.water.fill_near(scene.field, bounds, center.to_array(), NOBODY);
-        self.obstacles.clear();
-        let reach = radius + walls::reach(scene.longest);
-        let near = scene.around.obstacles.iter().enumerate();
-        let near = near.filter(|(_, obstacle)| walls::touches(obstacle, center, reach));
-        self.obstacles.extend(near.map(|(number, _)| number as u32));
+        self.standing.fill(scene.standing, center, radius, [scene.longest, scene.farthest]);
     }
 }
 
@@ -187,8 +184,8 @@ fn eight_wishes<S: Simd>(
             }
         }
     }
-    let sight = look(simd, scene, scratch, kind, &eight);
-    let (mut water, off) = stand(simd, scene, scratch, &eight, habits, places.len());
+    let mut sight = look(simd, scene, scratch, kind, &eight);
+    let (mut water, off) = stand(simd, scene, scratch, (&eight, &mut sight), habits, places.len());
     if let Some(swell) = swell(simd, scene, scratch, within, places.len()) {
         water = add(water, swell);
     }
@@ -290,26 +287,30 @@ fn look<S: Simd>(
     sight
 }
 
-/// The water around them [m/s], and the way off the bed and rocks and what those push.
+/// The water around them [m/s], and the way off the bed, rocks and strangers and what those push. Strangers
+/// that frighten them come into their sight.
 #[inline(always)]
 fn stand<S: Simd>(
     simd: S,
     scene: &Scene<'_>,
     scratch: &mut Scratch,
-    eight: &Eight<S>,
+    (eight, sight): (&Eight<S>, &mut Sight<S>),
     habits: &Habits,
     count: usize,
 ) -> (Vector<S>, [Vector<S>; 2]) {
     let mut water = [splat(simd, 0.0); 3];
     let still = scene.field.flows().is_empty();
     let (around, none) = (scene.around, [Lane::default(); 3]);
-    if still && around.obstacles.is_empty() && around.bed.is_none() {
+    // Whoever frightens somebody is among the obstacles, too.
+    let free = scene.standing.obstacles.is_empty();
+    if still && free && around.bed.is_none() {
         return (water, [water; 2]);
     }
     let (mut urge, mut push) = (none, none);
     let mut at = none;
     store3(&mut at, eight.at);
-    if !still || !around.obstacles.is_empty() {
+    let (mut threat, mut squared) = (none, Lane([f32::INFINITY; 8]));
+    if !still || !free {
         let mut done = 0_u64;
         for lane in 0..count {
             if done >> lane & 1 == 1 {
@@ -328,18 +329,31 @@ fn stand<S: Simd>(
                 let moving = velocity8(simd, &scratch.water, x, y, z);
                 water = crate::lanes::select(mask32x8::from_bitmask(simd, here), moving, water);
             }
-            if !scratch.obstacles.is_empty() {
+            if !scratch.standing.obstacles.is_empty() {
                 for lane in (0..count).filter(|lane| here >> lane & 1 == 1) {
                     let body = body(scene, eight, habits, lane);
                     let mut off = Off::default();
-                    for number in &scratch.obstacles {
-                        body.rock(&around.obstacles[*number as usize], &mut off);
+                    for number in &scratch.standing.obstacles {
+                        body.rock(&scene.standing.obstacles[*number as usize], &mut off);
                     }
                     add_off(&off, lane, [&mut urge, &mut push]);
                 }
             }
+            for lane in (0..count).filter(|lane| here >> lane & 1 == 1) {
+                if scratch.standing.frightening.is_empty() {
+                    break;
+                }
+                let body = body(scene, eight, habits, lane);
+                let sees = |way: Vec3| perceive::sees(way.dot(body.course), way.length_squared());
+                let who = (body.at, body.length as f32);
+                if let Some((way, near)) = scratch.standing.threat(scene.standing, habits, who, sees) {
+                    (0..3).for_each(|axis| threat[axis].0[lane] = way[axis]);
+                    squared.0[lane] = near;
+                }
+            }
         }
     }
+    sight.threat.take(load3(simd, &threat), load(simd, &squared));
     if let Some(bed) = &around.bed {
         for lane in 0..count {
             let body = body(scene, eight, habits, lane);

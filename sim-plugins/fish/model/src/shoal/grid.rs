@@ -41,6 +41,7 @@ pub(super) struct Grid {
     /// The box around all of them [m].
     low: Vec3,
     high: Vec3,
+    shortest: f32,
     longest: f32,
 }
 
@@ -75,6 +76,7 @@ impl Grid {
             courts: floats(),
             low: Vec3::INFINITY,
             high: Vec3::NEG_INFINITY,
+            shortest: f32::INFINITY,
             longest: 0.0,
         }
     }
@@ -129,6 +131,7 @@ impl Grid {
             Vec3::from([0, 1, 2].map(|axis: usize| self.at[axis].iter().fold(from, |a, b| of(a, *b))))
         };
         (self.low, self.high) = (extreme(f32::min, f32::INFINITY), extreme(f32::max, f32::NEG_INFINITY));
+        self.shortest = self.length.iter().copied().fold(f32::INFINITY, f32::min);
         self.longest = self.length.iter().copied().fold(0.0, f32::max);
     }
 
@@ -178,6 +181,11 @@ impl Grid {
     /// Whether any of them is in a box.
     pub(super) fn reaches(&self, low: Vec3, high: Vec3) -> bool {
         self.low.cmple(high).all() && low.cmple(self.high).all()
+    }
+
+    /// The least length [m].
+    pub(super) fn shortest(&self) -> f32 {
+        self.shortest
     }
 
     /// The greatest length [m].

@@ -1,5 +1,7 @@
 //! What all fish of a kind have in common, as numbers that a step needs.
 
+use reef_sdk::abi::fnv1a_32;
+
 use super::Kind;
 
 /// Of a kind, for fish of all sizes: lengths and speeds are over the fish's own length.
@@ -25,6 +27,8 @@ pub(super) struct Habits {
     pub(super) cruise: f32,
     pub(super) home: f32,
     pub(super) mating: bool,
+    /// Species of other modules that frighten it, by the hashes of their names.
+    pub(super) fears: Vec<u32>,
     /// Kinds that it hunts, and kinds that hunt it.
     pub(super) prey: Vec<u32>,
     pub(super) hunters: Vec<u32>,
@@ -77,6 +81,7 @@ impl Habits {
             cruise: mind.cruise as f32,
             home: mind.home as f32,
             mating: mind.mating,
+            fears: mind.fears.iter().map(|name| fnv1a_32(name.as_bytes())).collect(),
             prey: kind.prey.clone(),
             hunters,
         }

@@ -20,6 +20,7 @@ mod pool;
 mod poses;
 mod state;
 mod steer;
+mod strangers;
 mod turn;
 mod walls;
 mod waves;
@@ -41,6 +42,8 @@ pub use kind::Kind;
 use pool::{Body, Pool};
 pub use state::State;
 use steer::Whims;
+use strangers::Standing;
+pub use strangers::Stranger;
 use turn::Pace;
 use waves::Swaying;
 pub use waves::Waves;
@@ -142,6 +145,8 @@ pub struct Surroundings<'a> {
     pub waves: Waves<'a>,
     /// Rocks and what moves, as capsules.
     pub obstacles: &'a [Obstacle],
+    /// Who of other modules is there, but for the hosts.
+    pub strangers: &'a [Stranger],
     /// y of still water [m].
     pub surface: f64,
     /// Anemones.
@@ -183,6 +188,7 @@ pub struct Shoal {
     boxes: Vec<[Vec3; 2]>,
     register: Register,
     swaying: Swaying,
+    standing: Standing,
     /// Kind by kind, in the order of its grid; where each job's part begins, and its kind and first place.
     wishes: Vec<Wish>,
     bounds: Vec<usize>,
@@ -237,6 +243,7 @@ impl Shoal {
             boxes: Vec::new(),
             register: Register::default(),
             swaying: Swaying::default(),
+            standing: Standing::default(),
             bounds: vec![0],
             parts: Vec::new(),
             called: vec![false; starts.len().div_ceil(act::CHUNK)],
@@ -316,7 +323,9 @@ impl Shoal {
     fn prepare(&mut self, around: &Surroundings<'_>) {
         self.settle(around.hosts);
         self.swaying.fill(&around.waves);
-        let Self { fish, kinds, grids, anchor, firsts, habits, paces, flow, field, scratch, .. } = self;
+        let Self {
+            fish, kinds, grids, anchor, firsts, habits, paces, flow, field, standing, scratch, ..
+        } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
         flow.clear();
@@ -336,18 +345,31 @@ impl Shoal {
                 }
             });
         }
+        standing.fill(around, habits, grids.iter().map(Grid::shortest));
         paces.clear();
         paces.extend(habits.iter().map(|habits| Pace::of(habits, around.dt as f32)));
         if scratch.len() < around.workers.count() {
             scratch.resize_with(around.workers.count(), Scratch::default);
         }
-        scratch.iter_mut().for_each(|scratch| scratch.begin(field, around.obstacles));
+        scratch.iter_mut().for_each(|scratch| scratch.begin(field, standing));
     }
 
     /// What each fish wants.
     fn wish(&mut self, around: &Surroundings<'_>) {
         let Self {
-            fish, habits, grids, paces, firsts, boxes, anchor, field, swaying, scratch, wishes, ..
+            fish,
+            habits,
+            grids,
+            paces,
+            firsts,
+            boxes,
+            anchor,
+            field,
+            swaying,
+            standing,
+            scratch,
+            wishes,
+            ..
         } = self;
         // What is far above all of the bed need not look at it, which is worth a look at all of it for many.
         let heights = around.bed.map_or(&[][..], |bed| bed.heights);
@@ -356,6 +378,7 @@ impl Shoal {
         } else {
             f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max))
         };
+        let farthest = grids.iter().zip(&*habits).map(|(grid, own)| f64::from(grid.longest() * own.range));
         let scene = Scene {
             around,
             fish,
@@ -367,9 +390,11 @@ impl Shoal {
             anchor: *anchor,
             field,
             swaying,
+            standing,
             whims: Whims::at(self.time),
             bed_top,
             longest: grids.iter().map(|grid| f64::from(grid.longest())).fold(0.0, f64::max),
+            farthest: farthest.fold(0.0, f64::max),
         };
         let split = Parts::new(wishes, &self.bounds);
         let (scene, parts) = (&scene, &self.parts);

@@ -163,10 +163,16 @@ impl<S: Simd> Nearest<S> {
     }
 
     #[inline(always)]
-    fn take(&mut self, mask: mask32x8<S>, way: Vector<S>, squared: f32x8<S>) {
-        let nearer = mask & squared.simd_lt(self.squared);
+    pub(super) fn take(&mut self, way: Vector<S>, squared: f32x8<S>) {
+        let nearer = squared.simd_lt(self.squared);
         self.squared = nearer.select(squared, self.squared);
         self.way = select(nearer, way, self.way);
+    }
+
+    /// The same of those within a mask.
+    #[inline(always)]
+    fn take_of(&mut self, simd: S, mask: mask32x8<S>, way: Vector<S>, squared: f32x8<S>) {
+        self.take(way, mask.select(squared, splat(simd, NOBODY)));
     }
 }
 
@@ -190,6 +196,11 @@ impl<S: Simd> Sight<S> {
 }
 
 /// Whether what is `ahead` along the course and so far off is not behind.
+pub(super) fn sees(ahead: f32, squared: f32) -> bool {
+    ahead * ahead.abs() + squared * BEHIND2 >= 0.0
+}
+
+/// The same for eight.
 #[inline(always)]
 fn seen<S: Simd>(simd: S, ahead: f32x8<S>, squared: f32x8<S>) -> mask32x8<S> {
     mul_add(ahead, ahead.abs(), squared * splat(simd, BEHIND2)).simd_ge(splat(simd, 0.0))
@@ -250,7 +261,7 @@ pub(super) fn own<S: Simd>(
                 let apart = odd(eight.slot).simd_ne(splat(simd, (grid.slots[other] % 2) as f32));
                 let courts = (eight.courts * splat(simd, grid.courts[other])).simd_gt(zero);
                 let seen = seen(simd, dot(way, eight.course), squared);
-                sight.mate.take(squared.simd_le(reach2) & seen & apart & courts, way, squared);
+                sight.mate.take_of(simd, squared.simd_le(reach2) & seen & apart & courts, way, squared);
             }
         }
     }
@@ -277,7 +288,7 @@ pub(super) fn nearest<S: Simd>(
             let way = sub(place_of(simd, grid, *number as usize), eight.at);
             let squared = dot(way, way);
             let seen = seen(simd, dot(way, eight.course), squared);
-            into.take(squared.simd_le(range2) & seen, way, squared);
+            into.take_of(simd, squared.simd_le(range2) & seen, way, squared);
         }
     }
 }

@@ -139,6 +139,7 @@ pub fn watch(behaviour: Behaviour, bodies: bool, seconds: f64) -> Seen {
         bed: wandering.then_some(bed),
         waves: Waves::default(),
         obstacles: if wandering { &rocks } else { &[] },
+        strangers: &[],
         surface: 0.0,
         hosts: if home { &anemones } else { &[] },
         eye: DVec3::new(0.0, -5.0, 0.0),

@@ -11,6 +11,7 @@ mod mind;
 mod poses;
 mod shoal;
 mod species;
+mod strangers;
 mod swimming;
 mod waves;
 

@@ -17,6 +17,7 @@ pub(crate) fn around(near: f64) -> Surroundings<'static> {
         bed: None,
         waves: Waves::default(),
         obstacles: &[],
+        strangers: &[],
         surface: 0.0,
         hosts: &[],
         eye: DVec3::new(0.0, -5.0, 0.0),
