@@ -100,8 +100,6 @@ pub(super) struct Animal {
     /// Dye in its water [m, as [`Slice::chain`]].
     pub(super) tracers: Vec<DVec2>,
     pub(super) velocity: DVec3,
-    /// Farthest of what was written from its place [m].
-    pub(super) reach: f32,
     /// Of its bell, at rest or noisy, beyond the chain [m].
     shell: f32,
 }
@@ -169,7 +167,6 @@ impl Animal {
             far: false,
             tracers: (0..birth.tracers).map(even).collect(),
             velocity: DVec3::ZERO,
-            reach: 0.0,
             shell: ((1.5 + 2.0 * heights) * species.bell.thickness) as f32,
             slice,
         };
@@ -407,31 +404,50 @@ impl Animal {
         let Self { slice, frame, trails, skins, far, .. } = self;
         let Skin { bell, tentacles, arms, every } = &mut skins[usize::from(*far)];
         let origin = slice.place();
-        let near = |point: DVec2| (point - origin).as_vec2();
-        let [left, right] =
-            [0, 1].map(|side| slice.strand(side).chain(trails[side].points().iter().copied()));
-        let pairs = right.zip(left).map(|(right, left)| [near(right), near(left)]);
+        let pairs = hanging(slice, trails);
         if *far {
             tentacles.write_nodes(level, pairs.step_by(*every), frame, nodes);
         } else {
             tentacles.write_nodes(level, rounded(pairs), frame, nodes);
         }
-        // Arms hang from the mouth, and drift apart toward their tips.
-        let mouth = mouth(slice);
-        let hanging = core::iter::once(&mouth).chain(trails[2].points()).enumerate();
-        let pairs = hanging.map(|(k, point)| {
-            let spread = MOUTH + ARM_SPREAD * k as f64 / LINKS as f64;
-            let aside = Vec2::new((spread * slice.build().diameter) as f32, 0.0);
-            [near(*point) + aside, near(*point) - aside]
-        });
-        arms.write(level, pairs.step_by(*every), frame, into_arms);
+        arms.write(level, of_arms(slice, &trails[2]).step_by(*every), frame, into_arms);
         bell.write(level, slice.chain(), origin, frame, time, into_bell);
-        let square = |place: [f32; 3]| Vec3::from(place).length_squared();
-        let far = nodes.iter().map(|node| square(node.position)).fold(0.0, f32::max);
-        let far = into_arms.iter().map(|vertex| square(vertex.position)).fold(far, f32::max);
-        let far = slice.chain().map(|point| near(point).length_squared()).fold(far, f32::max);
-        self.reach = far.sqrt() + self.shell;
     }
+
+    /// Nothing of it is farther from its place [m], whether it is written or not.
+    pub(super) fn reach(&self) -> f32 {
+        let Self { slice, trails, far, .. } = self;
+        let Skin { tentacles, arms, every, .. } = self.skin();
+        let pairs = hanging(slice, trails);
+        let of_tentacles =
+            if *far { tentacles.reach(pairs.step_by(*every)) } else { tentacles.reach(rounded(pairs)) };
+        let of_arms = arms.reach(of_arms(slice, &trails[2]).step_by(*every));
+        let origin = slice.place();
+        let square = |point: DVec2| (point - origin).as_vec2().length_squared();
+        let of_bell = slice.chain().map(square).fold(0.0, f32::max).sqrt();
+        of_tentacles.max(of_arms).max(of_bell) + self.shell
+    }
+}
+
+/// The pairs of points that tentacles hang along, from the margin on, relative to the animal's place: on the
+/// side of positive x, and opposite [m].
+fn hanging(slice: &Slice<f32>, trails: &[Trail; 3]) -> impl Iterator<Item = [Vec2; 2]> + Clone {
+    let origin = slice.place();
+    let near = move |point: DVec2| (point - origin).as_vec2();
+    let [left, right] = [0, 1].map(|side| slice.strand(side).chain(trails[side].points().iter().copied()));
+    right.zip(left).map(move |(right, left)| [near(right), near(left)])
+}
+
+/// The same of arms: they hang from the mouth, and drift apart toward their tips.
+fn of_arms(slice: &Slice<f32>, trail: &Trail) -> impl Iterator<Item = [Vec2; 2]> {
+    let (origin, diameter) = (slice.place(), slice.build().diameter);
+    let points = core::iter::once(mouth(slice)).chain(trail.points().iter().copied());
+    points.enumerate().map(move |(k, point)| {
+        let spread = MOUTH + ARM_SPREAD * k as f64 / LINKS as f64;
+        let aside = Vec2::new((spread * diameter) as f32, 0.0);
+        let middle = (point - origin).as_vec2();
+        [middle + aside, middle - aside]
+    })
 }
 
 /// Points, and a point between each two neighbours: that of the cubic through four of them.

@@ -162,6 +162,30 @@ impl Fringe {
         (0..self.form.count).flat_map(|_| tube.clone()).collect()
     }
 
+    /// Nothing of it is farther from the origin [m]; `pairs` as in [`Fringe::write`].
+    pub fn reach(&self, pairs: impl Iterator<Item = [Vec2; 2]>) -> f32 {
+        if self.form.count == 0 {
+            return 0.0;
+        }
+        let longest = self.tables[2].iter().copied().fold(1.0, f32::max);
+        let mut root = None;
+        let mut most = 0.0_f32;
+        for [a, b] in pairs.take(self.points) {
+            // Places on a disc, and their ways from the root's disc, are longest at one of the pair.
+            let far = a.length_squared().max(b.length_squared()).sqrt();
+            let (root_a, root_b, root_far) = *root.get_or_insert((a, b, far));
+            let way = a.distance_squared(root_a).max(b.distance_squared(root_b)).sqrt();
+            most = most.max(far.max(root_far) + (longest - 1.0) * way);
+        }
+        let thickest = self.radii.as_flattened().iter().copied().fold(0.0, f32::max);
+        most + thickest.max(self.thinnest())
+    }
+
+    /// Least radius of a node [m]: a tip that is closed still has a width.
+    fn thinnest(&self) -> f32 {
+        THINNEST * self.form.radius[0] as f32
+    }
+
     /// Makes all vertices, [`Fringe::vertices`] of them. `pairs`: from root to tip the points on the side of
     /// positive x and opposite, relative to the origin, in the slice's plane [m].
     pub fn write(
@@ -193,8 +217,7 @@ impl Fringe {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
                 self.along(simd, block * WIDTH, frame);
                 for (k, (line, radii)) in self.lines.iter().zip(&self.radii).enumerate() {
-                    // A tip that is closed still has a width.
-                    let radius = radii[0].max(THINNEST * self.form.radius[0] as f32);
+                    let radius = radii[0].max(self.thinnest());
                     for lane in 0..WIDTH {
                         let position = [line[0][lane], line[1][lane], line[2][lane]];
                         into[lane * self.points + k] = FibreNode { position, radius };
