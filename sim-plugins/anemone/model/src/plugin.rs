@@ -172,12 +172,16 @@ impl Plugin for Anemones {
             level: Level::at_most(input.simd_level()),
             workers: input.workers(),
         };
-        let count = bed.node_count();
-        let nodes = output.reserve::<abi::FibreNode>(count)?;
-        bed.step(&around, &settings, bytemuck::cast_slice_mut(nodes));
-        output.commit::<abi::FibreNode>(count)?;
-        let count = bed.write_fibres(around.workers, output.reserve(bed.fibre_count())?);
-        output.commit::<abi::Fibre>(count)?;
+        if input.is_unseen() {
+            bed.step(&around, &settings, &mut []);
+        } else {
+            let count = bed.node_count();
+            let nodes = output.reserve::<abi::FibreNode>(count)?;
+            bed.step(&around, &settings, bytemuck::cast_slice_mut(nodes));
+            output.commit::<abi::FibreNode>(count)?;
+            let count = bed.write_fibres(around.workers, output.reserve(bed.fibre_count())?);
+            output.commit::<abi::Fibre>(count)?;
+        }
         bed.write_objects(around.workers, output.reserve(bed.plant_count())?);
         output.commit::<abi::Object>(bed.plant_count())?;
         let count = fill(output, bed.perceived_count(), bed.actors())?;

@@ -67,25 +67,36 @@ impl Brush {
         self.bounds[self.bounds.len() - 1]
     }
 
-    /// Writes an object and an element of each fish, and their joints. `fade`: which share of the skin is not
-    /// there.
+    /// Writes an object of each fish: the same in every step, whether anything is drawn or not.
+    pub(crate) fn objects(shoal: &Shoal, wears: &[Wear], objects: &mut [Object]) {
+        for (number, (object, fish)) in objects.iter_mut().zip(shoal.fish()).enumerate() {
+            *object = Object {
+                id: id_of(number),
+                origin: fish.position.to_array(),
+                bounds_radius: (SLACK * wears[fish.kind as usize].radius * fish.size) as f32,
+                ..Object::default()
+            };
+        }
+    }
+
+    /// Writes an element of each fish, and their joints. `fade`: which share of the skin is not there.
     pub(crate) fn draw(
         &mut self,
         shoal: &Shoal,
         wears: &[Wear],
         fade: f32,
         workers: Workers<'_>,
-        (objects, elements, joints): (&mut [Object], &mut [Skinned], &mut [Joint]),
+        (elements, joints): (&mut [Skinned], &mut [Joint]),
     ) {
         let Self { bounds, rooms, most_nodes } = self;
         if rooms.len() < workers.count() {
             rooms.resize_with(workers.count(), || vec![[0.0; 3]; *most_nodes]);
         }
         let bounds = &*bounds;
-        let split = (Chunks::new(objects, CHUNK), Chunks::new(elements, CHUNK), Parts::new(joints, bounds));
-        workers.for_each_part_with(rooms, split, |room, part, (objects, elements, mut joints)| {
+        let split = (Chunks::new(elements, CHUNK), Parts::new(joints, bounds));
+        workers.for_each_part_with(rooms, split, |room, part, (elements, mut joints)| {
             let mut first_joint = bounds[part];
-            for (number, (object, element)) in (part * CHUNK..).zip(objects.iter_mut().zip(elements)) {
+            for (number, element) in (part * CHUNK..).zip(elements) {
                 let fish = &shoal.fish()[number];
                 let body = shoal.kinds()[fish.kind as usize].plan.body();
                 let wear = &wears[fish.kind as usize];
@@ -99,12 +110,6 @@ impl Brush {
                     // The fish's size is the element's.
                     joint.scale /= fish.size as f32;
                 }
-                *object = Object {
-                    id: id_of(number),
-                    origin: fish.position.to_array(),
-                    bounds_radius: (SLACK * wear.radius * fish.size) as f32,
-                    ..Object::default()
-                };
                 let [hue, value] = fish.tints();
                 *element = Skinned {
                     object: number as u32,
@@ -173,8 +178,8 @@ mod tests {
         let mut objects = vec![Object::default(); 40];
         let mut elements = vec![Skinned::default(); 40];
         let mut joints = vec![Joint::default(); brush.joints()];
-        let room = (&mut objects[..], &mut elements[..], &mut joints[..]);
-        brush.draw(&shoal, &wears, 0.0, Workers::inline(), room);
+        Brush::objects(&shoal, &wears, &mut objects);
+        brush.draw(&shoal, &wears, 0.0, Workers::inline(), (&mut elements, &mut joints));
         let turn = Quat::from_rotation_y(0.5);
         for (number, (object, element)) in objects.iter().zip(&elements).enumerate() {
             assert_eq!((object.id, object.origin), (number as u64 + 1, [1.0, -2.0, 3.0]));

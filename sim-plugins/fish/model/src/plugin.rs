@@ -226,18 +226,17 @@ impl Plugin for Fish {
             workers: input.workers(),
         });
 
-        let (shoal, workers) = (&self.shoal, input.workers());
-        let (fish, joints) = (shoal.fish().len(), self.brush.joints());
-        let room = (
-            output.reserve::<abi::Object>(fish)?,
-            output.reserve::<abi::Skinned>(fish)?,
-            output.reserve::<abi::Joint>(joints)?,
-        );
-        let fade = 1.0 - input.param(id::SKIN) as f32;
-        self.brush.draw(shoal, &self.wears, fade, workers, room);
+        let (shoal, fish) = (&self.shoal, self.shoal.fish().len());
+        Brush::objects(shoal, &self.wears, output.reserve::<abi::Object>(fish)?);
         output.commit::<abi::Object>(fish)?;
-        output.commit::<abi::Skinned>(fish)?;
-        output.commit::<abi::Joint>(joints)?;
+        if !input.is_unseen() {
+            let joints = self.brush.joints();
+            let room = (output.reserve::<abi::Skinned>(fish)?, output.reserve::<abi::Joint>(joints)?);
+            let fade = 1.0 - input.param(id::SKIN) as f32;
+            self.brush.draw(shoal, &self.wears, fade, input.workers(), room);
+            output.commit::<abi::Skinned>(fish)?;
+            output.commit::<abi::Joint>(joints)?;
+        }
         output.emit(&self.materials)?;
         Brush::actors(shoal, &self.wears, output.reserve::<abi::Actor>(fish)?);
         output.commit::<abi::Actor>(fish)?;

@@ -235,11 +235,11 @@ impl Plugin for Particles {
             let trace = if around.trace { output.reserve::<abi::Trace>(counts.trace)? } else { &mut [] };
             cloud.emit(&around, sprites, trace);
             output.commit::<abi::Billboard>(counts.sprites)?;
+            let [orbits, trains] = cloud.work();
+            let host = input.host();
+            host.figure(ORBITS, orbits as f64);
+            host.figure(TRAINS, trains as f64);
         }
-        let [orbits, trains] = cloud.work();
-        let host = input.host();
-        host.figure(ORBITS, orbits as f64);
-        host.figure(TRAINS, trains as f64);
         if around.trace {
             output.commit::<abi::Trace>(counts.trace)?;
         }

@@ -317,7 +317,7 @@ impl Bed {
     }
 
     /// One step; with dt = 0 the poses stay. Writes all nodes to `nodes`, which must have room for
-    /// [`Self::node_count`].
+    /// [`Self::node_count`]; where it is empty, nothing is written, and the rest is the same.
     pub fn step(&mut self, around: &Surroundings<'_>, settings: &Settings, nodes: &mut [[f32; 4]]) {
         if !self.placed {
             self.place(around);
@@ -489,8 +489,8 @@ impl Bed {
     }
 }
 
-/// Gives each batch with its nodes to `work`, and what the one after it needs, so that it is near by then.
-/// Who takes which batches changes nothing.
+/// Gives each batch with its nodes (none, where `nodes` is empty) to `work`, and what the one after it needs,
+/// so that it is near by then. Who takes which batches changes nothing.
 fn each_batch(
     workers: Workers<'_>,
     batches: &mut [Batch],
@@ -498,12 +498,12 @@ fn each_batch(
     jobs: &Jobs,
     work: impl Fn(&mut Batch, &mut [[f32; 4]], &mut Ahead) + Sync,
 ) {
-    let parts = (Chunks::new(batches, jobs.batches), Parts::new(nodes, &jobs.nodes));
-    workers.for_each_part(parts, |_, (batches, mut nodes)| {
+    let all = |batches: &mut [Batch], mut nodes: &mut [[f32; 4]]| {
         for at in 0..batches.len() {
             let (batch, after) = batches[at..].split_at_mut(1);
             let (batch, next) = (&mut batch[0], after.first());
-            let (own, rest) = core::mem::take(&mut nodes).split_at_mut(batch.chunk.nodes());
+            let count = batch.chunk.nodes().min(nodes.len());
+            let (own, rest) = core::mem::take(&mut nodes).split_at_mut(count);
             let mut ahead = Ahead::none();
             if let Some(next) = next {
                 next.chunk.needs(&batch.chunk, &mut ahead);
@@ -512,7 +512,14 @@ fn each_batch(
             work(batch, own, &mut ahead);
             nodes = rest;
         }
-    });
+    };
+    let batches = Chunks::new(batches, jobs.batches);
+    if nodes.is_empty() {
+        workers.for_each_part(batches, |_, batches| all(batches, &mut []));
+    } else {
+        let parts = (batches, Parts::new(nodes, &jobs.nodes));
+        workers.for_each_part(parts, |_, (batches, nodes)| all(batches, nodes));
+    }
 }
 
 /// A box without a place in it.

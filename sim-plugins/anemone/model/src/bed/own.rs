@@ -34,7 +34,8 @@ pub(super) struct Apart {
 }
 
 /// Steps a batch, whose fibres belong to `plants`, each plant in the water without what it emits itself.
-/// `step` steps a chunk in the flow without what an object (0: nobody) emits, and writes its nodes.
+/// `step` steps a chunk in the flow without what an object (0: nobody) emits, and writes its nodes, where
+/// there is room for them.
 pub(super) fn step(
     chunk: &mut Chunk,
     plants: &[u32],
@@ -50,8 +51,10 @@ pub(super) fn step(
     if plants.iter().all(|plant| plant == first) {
         return step(chunk, id_of(*first), nodes);
     }
-    let fresh = || Box::new(Apart { before: chunk.clone(), own: chunk.clone(), nodes: nodes.to_vec() });
+    let fresh = || Box::new(Apart { before: chunk.clone(), own: chunk.clone(), nodes: Vec::new() });
     let Apart { before, own, nodes: own_nodes } = &mut **apart.get_or_insert_with(fresh);
+    // None in a step that nobody looks at.
+    own_nodes.resize(nodes.len(), [0.0; 4]);
     before.become_like(chunk);
     step(chunk, 0, nodes);
     let long = chunk.segments() + 1;

@@ -80,8 +80,11 @@ pub fn rebuild(level: Level, chunk: &mut Chunk) {
 }
 
 /// Writes the nodes of all fibres, one fibre after the other, root to tip: x, y, z, radius. Works out
-/// [`Chunk::normal`].
+/// [`Chunk::normal`]. With nothing in `into` it does nothing.
 pub fn emit(level: Level, chunk: &mut Chunk, into: &mut [[f32; 4]]) {
+    if into.is_empty() {
+        return;
+    }
     reef_flow::dispatch!(level, simd => emit::emit(simd, chunk, into));
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use reef_anemone_model::{
-    bed::Bed,
+    bed::{Bed, Settings, Surroundings},
     config::{Anemone, Config, FibreGrid, Scatter, Tuft},
 };
 use reef_flow::Level;
@@ -131,4 +131,23 @@ fn plants_that_emit_go_on_alike_on_all_machines_and_after_a_load() {
     loaded.load(&state).expect("its own state");
     assert!(run(&mut loaded, &flows, DT, 40) == run(&mut bed, &flows, DT, 40));
     assert!(loaded.save() == bed.save());
+}
+
+#[test]
+fn steps_that_write_no_nodes_leave_what_those_leave_that_do() {
+    let flows: Vec<Flow> = [1, 3, 9].iter().flat_map(|owner| flow(*owner, 0.1)).collect();
+    let (mut seen, mut unseen) = (meadow(), meadow());
+    let around = Surroundings { flow: &flows, dt: DT, ..Surroundings::default() };
+    let fibres = |bed: &Bed| bed.fibres().map(|fibre| fibre.normal).collect::<Vec<_>>();
+    let actors = |bed: &Bed| bed.actors().map(|actor| (actor.position, actor.forward)).collect::<Vec<_>>();
+    // What is unseen comes first, in between, and at the end.
+    for steps in [20, 1, 7] {
+        run(&mut seen, &flows, DT, steps);
+        (0..steps).for_each(|_| unseen.step(&around, &Settings::default(), &mut []));
+        assert!(seen.save() == unseen.save() && actors(&seen) == actors(&unseen));
+        // One of no length, to look at.
+        assert!(run(&mut seen, &flows, 0.0, 1) == run(&mut unseen, &flows, 0.0, 1));
+        assert!(run(&mut seen, &flows, DT, 1) == run(&mut unseen, &flows, DT, 1));
+        assert!(fibres(&seen) == fibres(&unseen));
+    }
 }

@@ -95,8 +95,6 @@ pub(super) struct Animal {
     /// Dye in the water of its own slice [m].
     pub(super) tracers: Vec<DVec2>,
     pub(super) velocity: DVec3,
-    /// Farthest of what was written from its place [m].
-    pub(super) reach: f32,
     /// Of its bell, at rest or noisy, beyond the chain [m].
     shell: f32,
 }
@@ -153,7 +151,6 @@ impl Animal {
             far: false,
             tracers: (0..birth.tracers).map(even).collect(),
             velocity: DVec3::ZERO,
-            reach: 0.0,
             shell: ((1.5 + 2.0 * heights) * species.bell.thickness) as f32,
             cross: (birth.slices > 1).then(|| own.clone()),
             own,
@@ -474,15 +471,27 @@ impl Animal {
         let sections = core::iter::once(&*own).chain(cross.as_ref()).zip(frames);
         let slices = sections.map(|(section, frame)| (section.slice.chain(), section.slice.place(), frame));
         bell.write(level, slices, time, into_bell);
-        let square = |place: [f32; 3]| Vec3::from(place).length_squared();
-        let far = nodes.iter().map(|node| square(node.position)).fold(0.0, f32::max);
-        let far = into_arms.iter().map(|vertex| square(vertex.position)).fold(far, f32::max);
-        let chains = self.sections().flat_map(|section| {
+    }
+
+    /// Nothing of it is farther from its place [m], whether it is written or not.
+    pub(super) fn reach(&self) -> f32 {
+        let Self { own, cross, .. } = self;
+        let Skin { tentacles, arms, every, .. } = self.skin();
+        let frames = self.frames();
+        let seen = [&frames[0], &frames[1]];
+        let (pairs, others) = (own.tentacles(), cross.as_ref().map(Section::tentacles));
+        let of_tentacles = if self.far {
+            tentacles.reach(discs(pairs.step_by(*every), others.map(|pairs| pairs.step_by(*every)), seen))
+        } else {
+            tentacles.reach(discs(rounded(pairs), others.map(rounded), seen))
+        };
+        let others = cross.as_ref().map(|cross| cross.arms().step_by(*every));
+        let of_arms = arms.reach(discs(own.arms().step_by(*every), others, seen));
+        let of_bell = self.sections().flat_map(|section| {
             let origin = section.slice.place();
             section.slice.chain().map(move |point| (point - origin).as_vec2().length_squared())
         });
-        let far = chains.fold(far, f32::max);
-        self.reach = far.sqrt() + self.shell;
+        of_tentacles.max(of_arms).max(of_bell.fold(0.0, f32::max).sqrt()) + self.shell
     }
 }
 

@@ -314,11 +314,15 @@ impl Bloom {
             velocity: own.velocity.as_vec3(),
             axis: own.axis(),
             diameter: own.diameter,
-            reach: own.reach,
             far: own.far,
             phase: own.own.slice.phase(),
             idles: own.idles,
         })
+    }
+
+    /// A radius around an animal's place that all of it is within [m], whether it is written or not.
+    pub fn reach(&self, animal: usize) -> Option<f32> {
+        Some(self.animals.get(animal)?.reach())
     }
 
     /// The slice of an animal along its heading.
@@ -406,8 +410,6 @@ pub struct Seen {
     pub axis: glam::Vec3,
     /// Width of its bell at rest [m].
     pub diameter: f64,
-    /// Farthest of what was written from its place [m].
-    pub reach: f32,
     /// It is drawn coarsely.
     pub far: bool,
     /// Share of its present period.

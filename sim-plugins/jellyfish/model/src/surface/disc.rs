@@ -61,6 +61,26 @@ impl Disc {
             twist: 0.5 * (middles[0] - middles[1]),
         }
     }
+
+    /// Nothing of it is farther from the origin [m]; a circle reaches as far.
+    pub fn reach(&self) -> f32 {
+        let Self { centre, half, side, twist, .. } = *self;
+        // Of |c + h cos φ + s sin φ|²: the greatest of both squares and of the product with c.
+        let around = half.length_squared().max(side.length_squared()) + half.dot(side).abs();
+        let along = (centre.dot(half).powi(2) + centre.dot(side).powi(2)).sqrt();
+        (centre.length_squared() + around + 2.0 * along).sqrt() + twist.length()
+    }
+
+    /// The way from another disc's points to its own.
+    pub(crate) fn less(&self, other: &Self) -> Self {
+        Self {
+            centre: self.centre - other.centre,
+            half: self.half - other.half,
+            side: self.side - other.side,
+            aside: self.aside,
+            twist: self.twist - other.twist,
+        }
+    }
 }
 
 /// The discs of one slice's pairs, or of both slices', from root to tip.

@@ -162,6 +162,27 @@ impl Fringe {
         (0..self.form.count).flat_map(|_| tube.clone()).collect()
     }
 
+    /// Nothing of it is farther from the origin [m]; `discs` as in [`Fringe::write`].
+    pub fn reach(&self, discs: impl Iterator<Item = Disc>) -> f32 {
+        if self.form.count == 0 {
+            return 0.0;
+        }
+        let longest = self.tables[2].iter().copied().fold(1.0, f32::max);
+        let mut root = None;
+        let mut most = 0.0_f32;
+        for disc in discs.take(self.points) {
+            let (root, root_far) = *root.get_or_insert((disc, disc.reach()));
+            most = most.max(disc.reach().max(root_far) + (longest - 1.0) * disc.less(&root).reach());
+        }
+        let thickest = self.radii.as_flattened().iter().copied().fold(0.0, f32::max);
+        most + thickest.max(self.thinnest())
+    }
+
+    /// Least radius of a node [m]: a tip that is closed still has a width.
+    fn thinnest(&self) -> f32 {
+        THINNEST * self.form.radius[0] as f32
+    }
+
     /// Makes all vertices, [`Fringe::vertices`] of them. `discs`: what tubes meet from root to tip.
     pub fn write(&mut self, level: Level, discs: impl Iterator<Item = Disc>, into: &mut [DrawVertex]) {
         self.set_discs(discs);
@@ -180,8 +201,7 @@ impl Fringe {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
                 self.along(simd, block * WIDTH);
                 for (k, (line, radii)) in self.lines.iter().zip(&self.radii).enumerate() {
-                    // A tip that is closed still has a width.
-                    let radius = radii[0].max(THINNEST * self.form.radius[0] as f32);
+                    let radius = radii[0].max(self.thinnest());
                     for lane in 0..WIDTH {
                         let position = [line[0][lane], line[1][lane], line[2][lane]];
                         into[lane * self.points + k] = FibreNode { position, radius };

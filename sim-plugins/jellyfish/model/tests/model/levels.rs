@@ -15,7 +15,7 @@ use reef_sdk::{
     abi::{FLOW_DIRECTIONAL, Flow},
 };
 
-use crate::sea::{birth, names, read, usual};
+use crate::sea::{birth, names, read, usual, written};
 
 /// Greatest length of a spring of the bell, and of a strand, over that at rest. A strand has a hundredth of
 /// the bell's section (the paper's figure 11): the jet draws it out, near and far.
@@ -62,7 +62,10 @@ impl Seen {
 #[test]
 fn no_spring_of_a_bell_grows_beyond_twice_its_length_near_or_far() {
     let species: Vec<Species> = names().iter().map(|name| read(name)).collect();
-    let births: Vec<Birth> = (0..4).map(|i| Birth { species: i, ..birth(i as u64) }).collect();
+    // Each with one slice, and with two.
+    let aim = DVec3::new(0.5, 1.0, 0.7);
+    let births: Vec<Birth> =
+        (0..8).map(|i| Birth { species: i % 4, slices: 1 + i / 4, aim, ..birth(i as u64) }).collect();
     for detail in [0.0, ALL_FAR] {
         let mut bloom = Bloom::new(&species, &births).expect("a bloom");
         let (tuning, mut seen) = (Tuning { detail, ..Tuning::default() }, Seen::new());
@@ -128,6 +131,41 @@ fn ten_minutes_of_far_animals_keep_their_shape() {
 fn ten_minutes_of_near_and_far_animals_keep_their_shape() {
     // The parameter's default.
     ten_minutes(60.0);
+}
+
+#[test]
+fn all_of_an_animal_is_within_its_reach_and_comes_near_it() {
+    let species: Vec<Species> = names().iter().map(|name| read(name)).collect();
+    let births: Vec<Birth> = (0..4).map(|i| Birth { species: i, ..birth(i as u64) }).collect();
+    for detail in [0.0, ALL_FAR] {
+        let mut bloom = Bloom::new(&species, &births).expect("a bloom");
+        let tuning = Tuning { detail, tilt: 0.5, ..Tuning::default() };
+        let current =
+            Flow { kind: FLOW_DIRECTIONAL, axis: [0.8, 0.6, 0.0], strength: 0.3, ..Flow::default() };
+        for step in 0..240 {
+            bloom.step(&Surroundings { tuning, flow: &[current], ..Surroundings::default() });
+            if step % 20 > 0 {
+                continue;
+            }
+            let (vertices, nodes) = written(&mut bloom);
+            let (mut vertices, mut nodes) = (&vertices[..], &nodes[..]);
+            for (i, birth) in births.iter().enumerate() {
+                let own = &species[birth.species];
+                let count = bloom.vertices(i).expect("counts").iter().sum();
+                let [tentacles, points] = bloom.tentacles(i).expect("counts");
+                let own_vertices = vertices.split_off(..count).expect("vertices of each");
+                let own_nodes = nodes.split_off(..tentacles * points).expect("nodes of each");
+                let far = own_vertices.iter().map(|vertex| Vec3::from(vertex.position).length());
+                let far_nodes = own_nodes.iter().map(|node| Vec3::from(node.position).length() + node.radius);
+                let far = far.chain(far_nodes).fold(0.0, f32::max);
+                let reach = bloom.reach(i).expect("an animal");
+                // Ridges and noise may rise so high, and seldom do.
+                let heights = own.surface.noise + own.surface.structure + own.surface.compression;
+                let slack = (2.0 + 2.0 * heights) * own.bell.thickness;
+                assert!(far <= reach && reach < 1.5 * far + slack as f32, "{i}, {step}: {far} of {reach}");
+            }
+        }
+    }
 }
 
 /// Mean way in ten seconds of twelve animals of the paper's kind, in steps of the sea of `dt` [m].

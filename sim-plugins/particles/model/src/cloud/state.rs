@@ -83,13 +83,7 @@ impl Cloud {
             let count = swarm.plan.count as usize;
             let (all, rest) = into.split_at_mut(count);
             let own = &self.at[axis][swarm.pieces.start * slots..];
-            for (all, own) in all.chunks_mut(slots).zip(own.chunks(slots)) {
-                for (group, members) in all.chunks_mut(self.members).enumerate() {
-                    for (member, into) in members.iter_mut().enumerate() {
-                        *into = own[member * self.groups + group];
-                    }
-                }
-            }
+            each_slot(count, [self.members, self.groups], |i, slot| all[i] = own[slot]);
             into = rest;
         }
     }
