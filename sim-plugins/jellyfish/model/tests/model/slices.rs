@@ -58,8 +58,16 @@ fn a_disc_goes_through_the_pairs_of_both_slices() {
 #[test]
 fn upright_it_swims_as_one_slice_does() {
     let [mut one, mut two] = [1, 2].map(|slices| animal(slices, DVec3::Y));
-    swim(&mut one, 6.0);
-    swim(&mut two, 6.0);
+    swim(&mut one, 1.5);
+    swim(&mut two, 1.5);
+    // Arms drift as they will; bells are alike, as long as eddies have not made rounding grow.
+    let [arms, _] = two.vertices(0).expect("an animal");
+    let [bell, bell_too] = [written(&mut one), written(&mut two)];
+    let off = bell[arms..].iter().zip(&bell_too[arms..]);
+    let off = off.map(|(a, b)| Vec3::from(a.position).distance(b.position.into())).fold(0.0, f32::max);
+    assert!(off > 0.0 && off < 0.005 * usual().bell.diameter as f32, "{off}");
+    swim(&mut one, 4.5);
+    swim(&mut two, 4.5);
     let places = [&one, &two].map(|bloom| bloom.place(0).expect("a place"));
     let way = places[0].y - birth(0).place.y;
     assert!(way > 0.05 && places[0].distance(places[1]) < 0.03 * way, "{places:?}");
@@ -71,12 +79,6 @@ fn upright_it_swims_as_one_slice_does() {
     let [own, across] = [chain(two.slice(0)), chain(two.slice_across(0))];
     let off = own.iter().zip(&across).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     assert!(off < 0.01 * usual().bell.diameter, "{off}");
-    // Arms drift as they will; bells are alike.
-    let [arms, _] = two.vertices(0).expect("an animal");
-    let [one, two] = [written(&mut one), written(&mut two)];
-    let off = one[arms..].iter().zip(&two[arms..]).map(|(a, b)| Vec3::from(a.position).distance(b.position.into()));
-    let off = off.fold(0.0, f32::max);
-    assert!(off > 0.0 && off < 0.02 * usual().bell.diameter as f32, "{off}");
 }
 
 #[test]
