@@ -11,7 +11,7 @@ use reef_fuzz::{
 /// Gives one of the readers of foreign files inputs that nobody would write.
 #[derive(Parser, Debug)]
 struct Cli {
-    /// scenes, species, configs, states, journals or plugins.
+    /// scenes, species, skeletons, configs, states, journals or plugins.
     #[arg(value_parser = TARGETS.map(|target| target.name))]
     target: String,
     /// For how long.
@@ -39,11 +39,12 @@ fn main() -> ExitCode {
     let length = Length { time: Duration::from_secs_f64(60.0 * cli.minutes), inputs: u64::MAX };
     let report = run(target, length, seed, &cli.findings);
     println!(
-        "{}: {} inputs in {} min (seed {seed}), {} taken, the longest in {:.2} s, {} findings",
+        "{}: {} inputs in {} min (seed {seed}), {} taken, {} skipped, the longest in {:.2} s, {} findings",
         target.name,
         report.inputs,
         cli.minutes,
         report.taken,
+        report.skipped,
         report.longest.as_secs_f64(),
         report.findings.len()
     );
