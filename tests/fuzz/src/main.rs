@@ -20,6 +20,9 @@ struct Cli {
     /// Of the changes; without it another one each time.
     #[arg(long)]
     seed: Option<u64>,
+    /// Try this one input, as it is.
+    #[arg(long, conflicts_with = "seed")]
+    input: Option<PathBuf>,
     /// Where inputs at fault are kept.
     #[arg(long, default_value = "target/fuzz")]
     findings: PathBuf,
@@ -36,6 +39,12 @@ fn main() -> ExitCode {
     let Some(target) = TARGETS.iter().find(|target| target.name == cli.target) else {
         return ExitCode::from(2);
     };
+    if let Some(path) = &cli.input {
+        let ended = std::fs::read(path).map_err(|error| error.to_string());
+        let ended = ended.and_then(|input| (target.try_one)(&input));
+        println!("{}: {ended:?}", path.display());
+        return if ended.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
     let length = Length { time: Duration::from_secs_f64(60.0 * cli.minutes), inputs: u64::MAX };
     let report = run(target, length, seed, &cli.findings);
     println!(
