@@ -91,7 +91,7 @@ fn play(world: &mut World, to: u64) -> Vec<Digest> {
 
 fn jump(world: &mut World, to: u64) {
     world.go_to(to).expect("all modules run");
-    world.step_to(to, |_| ());
+    world.step_to(to);
 }
 
 /// One scene of each module, and one of several.
@@ -192,7 +192,7 @@ fn a_way_is_walked_picture_by_picture_and_stops_when_asked() {
     assert_eq!(timeline.blend().current.step, 70);
     timeline.go_to(LAST + 5000).expect("all modules run");
     timeline.advance(0.0);
-    timeline.stop();
+    timeline.stop(|_| ());
     let here = timeline.world.clock().step;
     assert!((71..LAST + 5000).contains(&here));
     assert_eq!(timeline.advance(1.0), 0, "it stands still, as before");

@@ -6,7 +6,7 @@
 
 use std::{path::Path, time::Instant};
 
-use reef_command::{Common, REMEMBER, open};
+use reef_command::{Common, Past, REMEMBER, open};
 use reef_gpu::{Gpu, GpuError, GpuOptions, Validation};
 use reef_plugin::bare::process::processor_time_of_all;
 use reef_render::{Quality, Settings, Shot, Studio};
@@ -46,7 +46,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
 fn measure(gpu: &Gpu, common: &Common) -> Result<Report, Failure> {
     let plugins = open::plugins(common)?;
     let scene = open::scene(common, Path::new(open::DEFAULT_SCENE), &plugins)?;
-    let history = (REMEMBER << 20) as usize;
+    let history = Past { remember: REMEMBER }.bytes();
     let options =
         Options { seed: common.seed, remember: Some(reload::REMEMBER), history, ..Options::default() };
     let mut timeline = Timeline::new(World::new(scene, &plugins, &options).map_err(Failure::input)?);
@@ -78,8 +78,9 @@ fn measure(gpu: &Gpu, common: &Common) -> Result<Report, Failure> {
         report.figure(format!("pass {name}"), median(times), "ms on the device");
     }
     report.note(format!(
-        "{} on {}; the default sea at {}x{}, low quality, medians of {ROUNDS} turns of {TURN} s. In real time a second has \
-         {:.0} steps; the sea runs slower where pictures take longer than so many steps as one may have.",
+        "{} on {}; the default sea at {}x{}, low quality, medians of {ROUNDS} turns of {TURN} s. In real \
+         time a second has {:.0} steps; the sea runs slower where pictures take longer than so many steps as one \
+         may have.",
         gpu.info().name,
         gpu.info().driver,
         SIZE.0,

@@ -3,7 +3,7 @@
 
 use std::{path::Path, time::Instant};
 
-use reef_command::{Common, REMEMBER, open};
+use reef_command::{Common, Past, REMEMBER, open};
 use reef_plugin::Registry;
 use reef_report::failure::Failure;
 use reef_sea::{Options, World, step::state::StateError};
@@ -24,7 +24,7 @@ const STRIDE: u64 = 2_221;
 pub fn run(common: &Common) -> Result<Report, Failure> {
     let plugins: Registry = open::plugins(&Common { workers: Some(2), ..common.clone() })?;
     let scene = open::scene(common, Path::new(open::DEFAULT_SCENE), &plugins)?;
-    let history = (REMEMBER << 20) as usize;
+    let history = Past { remember: REMEMBER }.bytes();
     let options = Options { seed: common.seed, history, ..Options::default() };
     let mut world = World::new(scene, &plugins, &options).map_err(Failure::input)?;
     let (mut steps, mut costs) = (Vec::new(), Vec::new());
@@ -39,7 +39,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
             let goal = 1 + number * STRIDE % MINUTE;
             let began = Instant::now();
             world.go_to(goal).map_err(|error| Failure::check(StateError::from(error)))?;
-            world.step_to(goal, |_| ());
+            world.step_to(goal);
             Ok(began.elapsed().as_secs_f64() * 1e3)
         })
         .collect::<Result<_, Failure>>()?;

@@ -63,7 +63,7 @@ const BENCHES: &[Bench] = &[
     },
     Bench {
         name: "demo",
-        about: "the window's loop over the default sea without a window: pictures a second, where the time goes",
+        about: "the window's loop without a window: pictures a second of the default sea, where time goes",
         run: demo::run,
     },
     Bench {
@@ -78,7 +78,8 @@ const BENCHES: &[Bench] = &[
     },
     Bench {
         name: "fish",
-        about: "spring-sub-steps of the fish's bodies, beside a bare kernel's ceiling, and ten thousand of them",
+        about: "spring-sub-steps of the fish's bodies, beside a bare kernel's ceiling, and ten thousand of \
+                them",
         run: fish::run,
     },
     Bench {
@@ -93,7 +94,8 @@ const BENCHES: &[Bench] = &[
     },
     Bench {
         name: "jumps",
-        about: "what remembering a minute of the default sea costs its steps, and how long jumps within it take",
+        about: "what remembering a minute of the default sea costs its steps, and how long jumps within it \
+                take",
         run: jumps::run,
     },
     Bench {
@@ -118,17 +120,20 @@ const BENCHES: &[Bench] = &[
     },
     Bench {
         name: "shoal",
-        about: "fish-steps of a shoal of points, beside a bare kernel's ceiling, and a hundred thousand of them",
+        about: "fish-steps of a shoal of points, beside a bare kernel's ceiling, and a hundred thousand of \
+                them",
         run: shoal::run,
     },
     Bench {
         name: "table1",
-        about: "the particles of the paper's table 1 at five distances, with and without levels of detail, and those of the default sea",
+        about: "the particles of the paper's table 1 at five distances, with and without levels of detail, \
+                and those of the default sea",
         run: table1::run,
     },
     Bench {
         name: "table2",
-        about: "the seaweeds of the paper's table 2, with and without levels of detail, and its plants and particles together",
+        about: "the seaweeds of the paper's table 2, with and without levels of detail, and its plants and \
+                particles together",
         run: table2::run,
     },
     Bench {

@@ -18,6 +18,7 @@ use std::{
 };
 
 use reef_command::Common;
+use reef_files::InOrder;
 use reef_report::{
     failure::Failure,
     listen::{last_lines, listen},
@@ -41,6 +42,8 @@ pub(super) struct Conduct {
     runs: AtomicU64,
     /// Processes of checks that run. Locked while one is started.
     running: Mutex<HashSet<u32>>,
+    /// Asked for an end, no check goes on, and those that were made are told.
+    in_order: InOrder,
 }
 
 impl Conduct {
@@ -68,11 +71,20 @@ impl Conduct {
             folder,
             runs: AtomicU64::new(0),
             running: Mutex::default(),
+            in_order: reef_files::in_order(),
         })
+    }
+
+    /// What becomes of a check when the program is asked to end.
+    fn ended(&self) -> Option<Verdict> {
+        Some(Verdict::Skipped(format!("ended by {}", self.in_order.asked()?)))
     }
 
     /// Runs one check.
     pub(super) fn run(&self, check: &str, plugin: Option<&str>) -> Verdict {
+        if let Some(ended) = self.ended() {
+            return ended;
+        }
         let number = self.runs.fetch_add(1, Ordering::Relaxed);
         let verdict = self.folder.path().join(format!("{number}-{check}"));
         let mut command = Command::new(&self.program);
@@ -96,7 +108,7 @@ impl Conduct {
             if group::has_ended(child.id()) {
                 break true;
             }
-            if Instant::now() > end {
+            if Instant::now() > end || self.in_order.asked().is_some() {
                 break false;
             }
             // Who ends closes what it says: that is heard at once.
@@ -118,6 +130,9 @@ impl Conduct {
         group::kill_orphans(&running);
         drop(running);
         if !in_time {
+            if let Some(ended) = self.ended() {
+                return ended;
+            }
             return Verdict::Failed(format!(
                 "it did not end within {} s, and was killed",
                 self.limit.as_secs_f64()

@@ -72,8 +72,8 @@ pub(super) fn with_copy<T>(
             // folders.
             Err(Refusal::Load(_)) if runs_nothing(&folder) => {
                 refused = Refusal::Machine(format!(
-                    "its copy cannot be loaded from {}, in which the system runs nothing (noexec): set TMPDIR \
-                     to another folder",
+                    "its copy cannot be loaded from {}, in which the system runs nothing (noexec): set \
+                     TMPDIR to another folder",
                     folder.display()
                 ));
             }

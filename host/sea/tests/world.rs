@@ -301,8 +301,11 @@ fn a_journal_replayed_gives_the_same_bytes() {
     let mut world = place.world(SCENE, 1, false);
     world.write_journal_to(&file).expect("a journal");
     run(&mut world, &mut chain, 60, true);
-    drop(world);
+    world.flush_journal().expect("a journal");
     let journal = Journal::read(&file).expect("a journal");
+    fs::remove_file(&file).expect("it is there");
+    drop(world);
+    assert!(!file.exists(), "it was written to its end before");
     assert_eq!((journal.entries.len(), journal.end), (5, 60));
     let mut again = place.world(SCENE, 2, false);
     again.replay(journal.clone()).expect("the same run");

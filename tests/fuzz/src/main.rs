@@ -11,7 +11,7 @@ use reef_fuzz::{
 /// Gives one of the readers of foreign files inputs that nobody would write.
 #[derive(Parser, Debug)]
 struct Cli {
-    /// scenes, species, configs, states, journals or plugins.
+    /// scenes, species, skeletons, configs, states, journals or plugins.
     #[arg(value_parser = TARGETS.map(|target| target.name))]
     target: String,
     /// For how long.
@@ -20,6 +20,9 @@ struct Cli {
     /// Of the changes; without it another one each time.
     #[arg(long)]
     seed: Option<u64>,
+    /// Try this one input, as it is.
+    #[arg(long, conflicts_with = "seed")]
+    input: Option<PathBuf>,
     /// Where inputs at fault are kept.
     #[arg(long, default_value = "target/fuzz")]
     findings: PathBuf,
@@ -36,14 +39,21 @@ fn main() -> ExitCode {
     let Some(target) = TARGETS.iter().find(|target| target.name == cli.target) else {
         return ExitCode::from(2);
     };
+    if let Some(path) = &cli.input {
+        let ended = std::fs::read(path).map_err(|error| error.to_string());
+        let ended = ended.and_then(|input| (target.try_one)(&input));
+        println!("{}: {ended:?}", path.display());
+        return if ended.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
     let length = Length { time: Duration::from_secs_f64(60.0 * cli.minutes), inputs: u64::MAX };
     let report = run(target, length, seed, &cli.findings);
     println!(
-        "{}: {} inputs in {} min (seed {seed}), {} taken, the longest in {:.2} s, {} findings",
+        "{}: {} inputs in {} min (seed {seed}), {} taken, {} skipped, the longest in {:.2} s, {} findings",
         target.name,
         report.inputs,
         cli.minutes,
         report.taken,
+        report.skipped,
         report.longest.as_secs_f64(),
         report.findings.len()
     );

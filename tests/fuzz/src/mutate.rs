@@ -1,6 +1,8 @@
 //! Changes inputs at random, as bytes and as text with numbers, lines and words.
 
-use crate::random::Random;
+use reef_flow::random::Random;
+
+use crate::random::Choose;
 
 /// Largest input [bytes].
 const LARGEST: usize = 1 << 16;

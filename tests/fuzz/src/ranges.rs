@@ -1,8 +1,13 @@
 //! Every number of the schemas at the ends of its range and between them, alone and in pairs.
 
+use reef_flow::random::Random;
+use reef_sea::scene::check::{Bounds, deref};
 use serde_json::{Map, Value as Json, json};
 
-use crate::{random::Random, sea};
+use crate::{
+    random::Choose,
+    sea::{self, MODULES},
+};
 
 /// No number of a scene is greater.
 const LARGEST: f64 = 1e15;
@@ -42,28 +47,6 @@ pub struct Subject {
     pub leaves: Vec<Leaf>,
 }
 
-/// Modules with the least of a configuration, and a species that they have.
-const MODULES: [(&str, &str, &str); 5] = [
-    ("reef.anemone", "stomphia-coccinea", "anemones = [{ species = \"s\", position = [0.0, 0.0, 0.0] }]"),
-    (
-        "reef.fish",
-        "clownfish",
-        "groups = [{ species = \"s\", low = [-2.0, -3.5, -2.0], high = [2.0, -0.5, 2.0] }]",
-    ),
-    ("reef.jellyfish", "moon-jelly", "animals = [{ species = \"s\", position = [0.0, -2.0, 0.0] }]"),
-    (
-        "reef.particles",
-        "",
-        "boxes = [{ kind = \"detritus\", low = [-2.0, -3.5, -2.0], high = [2.0, -0.5, 2.0], count = 40 }]",
-    ),
-    ("reef.seaweed", "fucus", "plants = [{ species = \"s\", position = [0.0, 0.0, 0.0] }]"),
-];
-
-fn from_toml(text: &str) -> Json {
-    let table: toml::Table = text.parse().expect("TOML of this file");
-    serde_json::to_value(table).expect("plain data")
-}
-
 /// The scene's own keys; configuration, species and parameters of each module.
 ///
 /// # Panics
@@ -76,13 +59,17 @@ pub fn subjects() -> Vec<Subject> {
         let place = place.iter().map(|key| (*key).to_owned()).collect();
         all.push(Subject { name, schema, scene, place, leaves });
     };
-    let scene = from_toml(include_str!("../corpus/sea.toml"));
-    add("scene".to_owned(), reef_sea::scene::format::schema(), scene, &[]);
-    for (id, species, config) in MODULES {
-        let base =
-            if species.is_empty() { String::new() } else { format!("species.s.base = \"{species}\"\n") };
-        let scene = from_toml(&format!("{base}modules.m.use = \"{id}\"\nmodules.m.{config}\n"));
-        let info = sea::models().get(id).expect("a linked model").info();
+    let plain = |scene: toml::Table| serde_json::to_value(scene).expect("plain data");
+    let scene = sea::SMALL.parse().expect("TOML of this folder");
+    add("scene".to_owned(), reef_sea::scene::format::schema(), plain(scene), &[]);
+    for module in MODULES {
+        let mut scene = module.scene();
+        if !module.species.is_empty() {
+            let base = toml::Table::from_iter([("base".to_owned(), module.species.into())]);
+            scene = sea::with_species(scene, base);
+        }
+        let (id, scene) = (module.id(), plain(scene));
+        let info = sea::models().get(&id).expect("a linked model").info();
         let schema = info.config_schema.clone().expect("a schema");
         if let Some(species) = reef_sea::scene::species_schema(&schema) {
             add(format!("{id} species"), species.clone(), scene.clone(), &["species", "s"]);
@@ -95,17 +82,9 @@ pub fn subjects() -> Vec<Subject> {
             .collect();
         let params = json!({ "type": "object", "properties": params });
         add(format!("{id} parameters"), params, scene.clone(), &["modules", "m", "params"]);
-        add(id.to_owned(), schema, scene, &["modules", "m"]);
+        add(id, schema, scene, &["modules", "m"]);
     }
     all
-}
-
-fn resolve<'a>(root: &'a Json, mut schema: &'a Json) -> &'a Json {
-    for _ in 0..DEEPEST {
-        let Some(target) = schema.get("$ref").and_then(Json::as_str) else { break };
-        schema = root.pointer(target.trim_start_matches('#')).unwrap_or(&Json::Null);
-    }
-    schema
 }
 
 fn choices(schema: &Json) -> Option<&Vec<Json>> {
@@ -121,7 +100,7 @@ fn is(schema: &Json, kind: &str) -> bool {
 }
 
 fn collect(root: &Json, schema: &Json, way: &mut Vec<Way>, depth: usize, found: &mut Vec<Leaf>) {
-    let schema = resolve(root, schema);
+    let schema = deref(root, schema);
     if depth > DEEPEST {
         return;
     }
@@ -148,22 +127,16 @@ fn collect(root: &Json, schema: &Json, way: &mut Vec<Way>, depth: usize, found: 
     }
     let whole = is(schema, "integer");
     if whole || is(schema, "number") {
-        let bound = |word: &str| schema.get(word).and_then(Json::as_f64);
-        let natural = if schema.get("format").is_some_and(|f| f.as_str().is_some_and(|f| f.starts_with('u')))
-        {
-            0.0
-        } else {
-            -LARGEST
-        };
-        let least = bound("minimum").or(bound("exclusiveMinimum")).unwrap_or(natural);
-        let most = bound("maximum").or(bound("exclusiveMaximum")).unwrap_or(LARGEST);
+        let bounds = Bounds::of(schema).unwrap_or_default();
+        let least = bounds.minimum.or(bounds.above).unwrap_or(-LARGEST);
+        let most = bounds.maximum.or(bounds.below).unwrap_or(LARGEST);
         found.push(Leaf { way: way.clone(), least, most, whole });
     }
 }
 
 /// The least that a schema takes. `key`: what it is of.
 fn least(root: &Json, schema: &Json, key: &str, depth: usize) -> Json {
-    let schema = resolve(root, schema);
+    let schema = deref(root, schema);
     if let Some(default) = schema.get("default").filter(|default| !default.is_null()) {
         return default.clone();
     }
@@ -193,12 +166,11 @@ fn least(root: &Json, schema: &Json, key: &str, depth: usize) -> Json {
         let count = if key == "species" { count.max(1) } else { count };
         return Json::Array((0..count).map(item).collect());
     }
-    let bound = |word: &str| schema.get(word).and_then(Json::as_f64);
+    let bounds = Bounds::of(schema).unwrap_or_default();
     match () {
-        () if is(schema, "integer") => json!(bound("minimum").unwrap_or(1.0) as i64),
+        () if is(schema, "integer") => json!(bounds.minimum.unwrap_or(1.0) as i64),
         () if is(schema, "number") => {
-            let (low, high) = (bound("minimum").unwrap_or(-LARGEST), bound("maximum").unwrap_or(LARGEST));
-            json!(1.0_f64.clamp(low, high))
+            json!(1.0_f64.clamp(bounds.minimum.unwrap_or(-LARGEST), bounds.maximum.unwrap_or(LARGEST)))
         }
         () if is(schema, "boolean") => json!(false),
         () if schema.get("pattern").is_some() => json!("#808080"),
@@ -207,33 +179,52 @@ fn least(root: &Json, schema: &Json, key: &str, depth: usize) -> Json {
     }
 }
 
-/// Puts a value where a way leads, and makes what is missing on it.
-fn put(root: &Json, schema: &Json, here: Json, key: &str, way: &[Way], value: &Json) -> Json {
-    let schema = resolve(root, schema);
-    let Some((first, rest)) = way.split_first() else { return value.clone() };
-    match first {
-        Way::Choice(at) => {
-            let choice = choices(schema).and_then(|choices| choices.get(*at)).unwrap_or(&Json::Null);
-            put(root, choice, least(root, choice, key, 0), key, rest, value)
-        }
-        Way::Key(name) => {
-            let property = schema.get("properties").and_then(|all| all.get(name)).unwrap_or(&Json::Null);
-            let made = if here.is_object() { here } else { least(root, schema, key, 0) };
-            let mut table = made.as_object().cloned().unwrap_or_default();
-            let inner = table.remove(name).unwrap_or_else(|| least(root, property, name, 0));
-            table.insert(name.clone(), put(root, property, inner, name, rest, value));
-            Json::Object(table)
-        }
-        Way::Item(at) => {
-            let rule = schema.get("prefixItems").and_then(|rules| rules.get(*at)).or(schema.get("items"));
-            let rule = rule.unwrap_or(&Json::Null);
-            let mut list = here.as_array().cloned().unwrap_or_default();
-            while list.len() <= *at {
-                list.push(least(root, rule, key, 0));
+/// A value on its way into a table.
+struct Placing<'a> {
+    root: &'a Json,
+    way: &'a [Way],
+    /// Ways of values that are there already.
+    before: Vec<&'a [Way]>,
+    value: Json,
+}
+
+impl Placing<'_> {
+    /// Whether the table at this step of the way is of the choice that the way takes there.
+    fn is_chosen(&self, at: usize) -> bool {
+        let here = self.before.iter().rev().find(|other| other.get(..at) == self.way.get(..at));
+        here.is_some_and(|other| other.get(at) == self.way.get(at))
+    }
+
+    /// Puts the value where its way leads from a step on, and makes what is missing on it.
+    fn put(&self, schema: &Json, here: Json, key: &str, at: usize) -> Json {
+        let root = self.root;
+        let schema = deref(root, schema);
+        let Some(step) = self.way.get(at) else { return self.value.clone() };
+        match step {
+            Way::Choice(number) => {
+                let choice = choices(schema).and_then(|choices| choices.get(*number)).unwrap_or(&Json::Null);
+                let here = if self.is_chosen(at) { here } else { least(root, choice, key, 0) };
+                self.put(choice, here, key, at + 1)
             }
-            let inner = std::mem::take(&mut list[*at]);
-            list[*at] = put(root, rule, inner, key, rest, value);
-            Json::Array(list)
+            Way::Key(name) => {
+                let property = schema.get("properties").and_then(|all| all.get(name)).unwrap_or(&Json::Null);
+                let made = if here.is_object() { here } else { least(root, schema, key, 0) };
+                let mut table = made.as_object().cloned().unwrap_or_default();
+                let inner = table.remove(name).unwrap_or_else(|| least(root, property, name, 0));
+                table.insert(name.clone(), self.put(property, inner, name, at + 1));
+                Json::Object(table)
+            }
+            Way::Item(number) => {
+                let rules = schema.get("prefixItems").and_then(|rules| rules.get(*number));
+                let rule = rules.or(schema.get("items")).unwrap_or(&Json::Null);
+                let mut list = here.as_array().cloned().unwrap_or_default();
+                while list.len() <= *number {
+                    list.push(least(root, rule, key, 0));
+                }
+                let inner = std::mem::take(&mut list[*number]);
+                list[*number] = self.put(rule, inner, key, at + 1);
+                Json::Array(list)
+            }
         }
     }
 }
@@ -259,6 +250,7 @@ impl Leaf {
         };
         let mut all = vec![least, most];
         all.extend(more.iter().copied().filter(inside));
+        all.sort_by(f64::total_cmp);
         all.dedup();
         all
     }
@@ -334,9 +326,12 @@ impl Subject {
             table = map.entry(key.clone()).or_insert_with(|| json!({}));
         }
         let mut here = std::mem::take(table);
-        for (at, value) in case {
-            let leaf = &self.leaves[*at];
-            here = put(&self.schema, &self.schema, here, "", &leaf.way, &leaf.json(*value));
+        let way = |(at, _): &(usize, f64)| self.leaves[*at].way.as_slice();
+        for (number, part) in case.iter().enumerate() {
+            let before = case[..number].iter().map(way).collect();
+            let value = self.leaves[part.0].json(part.1);
+            let placing = Placing { root: &self.schema, way: way(part), before, value };
+            here = placing.put(&self.schema, here, "", 0);
         }
         *table = here;
         let table = toml::Table::try_from(without_nulls(scene)).expect("a scene is a table");

@@ -15,7 +15,7 @@ use std::{
 
 use crate::{
     mutate::mutate,
-    random::Random,
+    random::{Choose, seeded},
     targets::{Ending, Target, inputs},
 };
 
@@ -40,8 +40,10 @@ pub struct Length {
 pub struct Report {
     /// Inputs.
     pub inputs: u64,
-    /// Those that were taken; all others were refused.
+    /// Those that were taken.
     pub taken: u64,
+    /// Those of which nobody was asked; all others were refused.
+    pub skipped: u64,
     /// The longest that one took.
     pub longest: Duration,
     /// What went wrong, and the file that holds the input.
@@ -58,7 +60,7 @@ pub fn run(target: &Target, length: Length, seed: u64, kept: &Path) -> Report {
     let began = Instant::now();
     let since = watch(target.name, &present, began);
     let said = listen();
-    let mut random = Random::new(seed);
+    let mut random = seeded(seed);
     let seeds = inputs(target);
     let mut pool = seeds.clone();
     let mut report = Report::default();
@@ -81,6 +83,10 @@ pub fn run(target: &Target, length: Length, seed: u64, kept: &Path) -> Report {
         report.inputs += 1;
         let problem = match ended {
             Ok(Ok(Ending::Refused)) => continue,
+            Ok(Ok(Ending::Skipped)) => {
+                report.skipped += 1;
+                continue;
+            }
             Ok(Ok(Ending::Taken)) => {
                 report.taken += 1;
                 if pool.len() < seeds.len() + MOST_TAKEN {

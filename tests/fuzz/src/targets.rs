@@ -4,14 +4,16 @@ use std::{
     cell::RefCell,
     fs,
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 use reef_abi as abi;
 use reef_plugin::{image::Image, inspect};
 use reef_sea::{World, step::journal::Journal};
 use serde_json::Value;
+use tempfile::TempDir;
 
-use crate::sea;
+use crate::sea::{self, MODULES, Module};
 
 /// How an input ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +22,8 @@ pub enum Ending {
     Refused,
     /// It was taken.
     Taken,
+    /// It is none for this target, or its sea is not made in a moment: nobody was asked.
+    Skipped,
 }
 
 /// Something that reads what others wrote.
@@ -33,16 +37,19 @@ pub struct Target {
     pub try_one: fn(&[u8]) -> Result<Ending, String>,
     /// Inputs that no file holds.
     pub made: fn() -> Vec<Vec<u8>>,
+    /// So many take a second or two: a moment's trial.
+    pub few: u64,
 }
 
 /// All of them.
-pub const TARGETS: [Target; 6] = [
-    Target { name: "scenes", text: true, try_one: scene, made: Vec::new },
-    Target { name: "species", text: true, try_one: species, made: Vec::new },
-    Target { name: "configs", text: true, try_one: config, made: Vec::new },
-    Target { name: "states", text: false, try_one: state, made: states },
-    Target { name: "journals", text: true, try_one: journal, made: Vec::new },
-    Target { name: "plugins", text: false, try_one: plugin, made: library },
+pub const TARGETS: [Target; 7] = [
+    Target { name: "scenes", text: true, try_one: scene, made: small, few: 100 },
+    Target { name: "species", text: true, try_one: species, made: Vec::new, few: 60 },
+    Target { name: "skeletons", text: true, try_one: skeleton, made: Vec::new, few: 100 },
+    Target { name: "configs", text: true, try_one: config, made: Vec::new, few: 100 },
+    Target { name: "states", text: false, try_one: state, made: states, few: 300 },
+    Target { name: "journals", text: true, try_one: journal, made: Vec::new, few: 300 },
+    Target { name: "plugins", text: false, try_one: plugin, made: library, few: 3000 },
 ];
 
 /// Steps that a sea makes which was taken.
@@ -58,11 +65,15 @@ fn run(world: Result<Option<World>, String>) -> Result<Ending, String> {
     }
 }
 
+fn small() -> Vec<Vec<u8>> {
+    vec![sea::SMALL.into()]
+}
+
 fn scene(input: &[u8]) -> Result<Ending, String> {
-    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Refused) };
+    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Skipped) };
     match text.parse::<toml::Table>() {
         // What TOML does not read, the scene's reader must refuse by itself.
-        Ok(table) if !is_small(&toml::Value::Table(table.clone())) => Ok(Ending::Refused),
+        Ok(table) if !is_small(&toml::Value::Table(table.clone())) => Ok(Ending::Skipped),
         _ => run(sea::world(text)),
     }
 }
@@ -84,43 +95,68 @@ fn is_small(value: &toml::Value) -> bool {
     }
 }
 
-/// The modules whose species are files, each with a scene of one.
-const SPECIES: [(&str, &str); 4] = [
-    ("anemone", "anemones = [{ species = \"fuzz\", position = [0.0, 0.0, 0.0] }]"),
-    ("fish", "groups = [{ species = \"fuzz\", low = [-2.0, -3.5, -2.0], high = [2.0, -0.5, 2.0] }]"),
-    ("jellyfish", "animals = [{ species = \"fuzz\", position = [0.0, -2.0, 0.0] }]"),
-    ("seaweed", "plants = [{ species = \"fuzz\", position = [0.0, 0.0, 0.0] }]"),
-];
-
 /// A file of a species, whose first line names the module.
 fn species(input: &[u8]) -> Result<Ending, String> {
-    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Refused) };
-    let small = text.parse::<toml::Table>().is_ok_and(|table| is_small(&toml::Value::Table(table)));
-    let Some((module, config)) = SPECIES.iter().find(|(name, _)| text.starts_with(&format!("# {name}")))
-    else {
-        return Ok(Ending::Refused);
+    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Skipped) };
+    let is_own = |module: &&Module| text.starts_with(&format!("# {}", module.name));
+    let Some(module) = MODULES.iter().find(is_own) else { return Ok(Ending::Skipped) };
+    let own: toml::Table = match text.parse() {
+        Ok(own) => own,
+        // Scenes are given what is no TOML.
+        Err(_) => return Ok(Ending::Skipped),
     };
-    if !small {
-        return Ok(Ending::Refused);
+    if !is_small(&toml::Value::Table(own.clone())) {
+        return Ok(Ending::Skipped);
     }
     // In the scene's own table, whose keys are those of the file.
-    let mut scene: toml::Table = format!("modules.m.use = \"reef.{module}\"\nmodules.m.{config}\n")
-        .parse()
-        .map_err(|error| format!("{error}"))?;
-    let own: toml::Table = text.parse().unwrap_or_default();
-    scene.insert("species".to_owned(), toml::Table::from_iter([("fuzz".to_owned(), own.into())]).into());
-    run(sea::world(&scene.to_string()))
+    run(sea::world(&sea::with_species(module.scene(), own).to_string()))
+}
+
+/// What a file of a modelling program begins with, and the chunk of its buffer.
+const MODEL: &[u8] = b"glTF\x02\0\0\0";
+const BUFFER: &[u8] = b"BIN\0";
+/// Where in it the length of its JSON stands, and where the JSON begins.
+const JSON: [usize; 2] = [12, 20];
+
+/// Lets a file's lengths fit what was changed in it.
+fn measure(bytes: &[u8]) -> Option<Vec<u8>> {
+    let json = bytes.get(JSON[1]..)?;
+    let at = json.windows(BUFFER.len()).position(|word| word == BUFFER)?;
+    let (json, buffer) = (json.get(..at.checked_sub(4)?)?, &json[at + BUFFER.len()..]);
+    let word = |length: usize| (length as u32).to_le_bytes();
+    let whole = word(JSON[1] + json.len() + 8 + buffer.len());
+    Some([MODEL, &whole, &word(json.len()), b"JSON", json, &word(buffer.len()), BUFFER, buffer].concat())
+}
+
+/// A plant's skeleton and mesh from a modelling program: as it is, and with lengths that fit.
+fn skeleton(input: &[u8]) -> Result<Ending, String> {
+    static ASSETS: OnceLock<TempDir> = OnceLock::new();
+    let assets = ASSETS.get_or_init(|| tempfile::tempdir().expect("a folder")).path();
+    let Some(module) = MODULES.iter().find(|module| module.name == "seaweed") else {
+        return Err("no module reads skeletons".to_owned());
+    };
+    let folder = assets.join("modules").join(module.id());
+    let own = toml::Table::from_iter([("skeleton".to_owned(), "plant.glb".into())]);
+    let scene = sea::with_species(module.scene(), own).to_string();
+    let mut ending = Ending::Refused;
+    for bytes in [Some(input.to_vec()), measure(input)].into_iter().flatten() {
+        fs::create_dir_all(&folder)
+            .and_then(|()| fs::write(folder.join("plant.glb"), bytes))
+            .map_err(|error| error.to_string())?;
+        if run(sea::world_among(&scene, assets))? == Ending::Taken {
+            ending = Ending::Taken;
+        }
+    }
+    Ok(ending)
 }
 
 /// A configuration as a plugin's `create` gets it, without the host's look at it.
 fn config(input: &[u8]) -> Result<Ending, String> {
-    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Refused) };
+    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Skipped) };
     let (first, json) = text.split_once('\n').unwrap_or_default();
-    let Some(plugin) = sea::models().get(first.trim_start_matches("# ")) else { return Ok(Ending::Refused) };
-    if let Ok(value) = serde_json::from_str::<Value>(json)
-        && !is_few(&value)
-    {
-        return Ok(Ending::Refused);
+    let Some(plugin) = sea::models().get(first.trim_start_matches("# ")) else { return Ok(Ending::Skipped) };
+    if serde_json::from_str::<Value>(json).is_ok_and(|value| !is_few(&value)) {
+        return Ok(Ending::Skipped);
     }
     match plugin.create_among(json, &sea::assets()) {
         Ok(_) => Ok(Ending::Taken),
@@ -138,9 +174,6 @@ fn is_few(value: &Value) -> bool {
     }
 }
 
-/// A small sea with something of everybody's.
-const SEA: &str = include_str!("../corpus/sea.toml");
-
 /// The small sea at its start, for as long as `act` takes. After a finding another one is made.
 fn with_sea<T>(act: impl FnOnce(&mut World) -> Result<T, String>) -> Result<T, String> {
     thread_local! {
@@ -148,7 +181,7 @@ fn with_sea<T>(act: impl FnOnce(&mut World) -> Result<T, String>) -> Result<T, S
     }
     let mut world = match KEPT.take() {
         Some(world) => world,
-        None => sea::world(SEA)?.ok_or("the small sea is refused")?,
+        None => sea::world(sea::SMALL)?.ok_or("the small sea is refused")?,
     };
     world.reset();
     let done = act(&mut world)?;
@@ -215,7 +248,7 @@ fn state(input: &[u8]) -> Result<Ending, String> {
 }
 
 fn journal(input: &[u8]) -> Result<Ending, String> {
-    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Refused) };
+    let Ok(text) = std::str::from_utf8(input) else { return Ok(Ending::Skipped) };
     let Ok(journal) = Journal::parse(Path::new("fuzz.journal"), text) else { return Ok(Ending::Refused) };
     let again = journal.text();
     if Journal::parse(Path::new("again"), &again).ok().as_ref() != Some(&journal) {

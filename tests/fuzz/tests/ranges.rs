@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use reef_fuzz::{
-    random::Random,
+    random::{Choose, seeded},
     ranges::{Case, Subject, subjects},
 };
 
@@ -29,7 +29,7 @@ fn attempt(subject: &Subject, cases: impl Iterator<Item = Case>) -> Vec<String> 
 #[test]
 fn numbers_at_the_ends_of_their_ranges_are_answered_or_a_finite_sea() {
     let mut wrong = Vec::new();
-    let mut random = Random::new(18);
+    let mut random = seeded(18);
     for subject in subjects() {
         let singles = subject.singles(false);
         let cases: Vec<Case> = (0..CASES)
@@ -55,6 +55,20 @@ fn every_kind_of_number_is_found_in_the_schemas() {
 }
 
 #[test]
+fn two_numbers_of_one_table_are_both_in_the_text() {
+    let subjects = subjects();
+    let scene = subjects.iter().find(|subject| subject.name == "scene").expect("a subject");
+    let at = |name: &str| scene.leaves.iter().position(|leaf| leaf.name() == name).expect(name);
+    let text = |names: [&str; 2]| scene.text(&names.map(|name| (at(name), 0.375)).to_vec());
+    // A table that a scene may leave out, in either order; and two choices, of which the last counts.
+    for names in [["waves(0).wind", "waves(0).direction"], ["waves(0).direction", "waves(0).wind"]] {
+        assert_eq!(text(names).matches("0.375").count(), 2, "{}", text(names));
+    }
+    let keyed = text(["camera.position(0)[0]", "camera.position(1).keys[0].time"]);
+    assert_eq!(keyed.matches("0.375").count(), 1, "{keyed}");
+}
+
+#[test]
 fn numbers_that_once_overflowed_are_answered() {
     let subjects = subjects();
     for (name, leaf, value) in [
@@ -74,7 +88,7 @@ fn numbers_that_once_overflowed_are_answered() {
 #[ignore = "many minutes"]
 fn all_numbers_at_all_ends_and_many_pairs() {
     let mut wrong = Vec::new();
-    let mut random = Random::new(99);
+    let mut random = seeded(99);
     for subject in subjects() {
         let began = Instant::now();
         let singles = subject.singles(true);

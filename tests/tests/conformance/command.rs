@@ -110,3 +110,31 @@ fn a_configuration_may_be_a_file_or_a_scene() {
         assert_eq!(output.status.code(), Some(0), "{}", told(&output));
     }
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_check_that_is_ended_from_outside_tells_what_it_has_found() {
+    use std::{
+        io::{BufRead, BufReader, Read},
+        os::unix::process::ExitStatusExt,
+        process::Stdio,
+        time::Duration,
+    };
+
+    let library = artifacts().plugin("reef_example_rust");
+    let mut command = command(&[&library, &"--jobs", &"1"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut answer = BufReader::new(child.stdout.take().unwrap());
+    let mut text = String::new();
+    while !text.contains("pass  file-library") {
+        assert!(answer.read_line(&mut text).unwrap() > 0, "{text}");
+    }
+    // SAFETY: the child was not waited for.
+    unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
+    answer.read_to_string(&mut text).unwrap();
+    let output = reef_tests::child::wait(child, Duration::from_secs(60), "the check");
+    assert_eq!(output.status.signal(), Some(libc::SIGTERM), "{text}");
+    assert!(text.contains("ended by SIGTERM") && !text.contains("FAIL"), "{text}");
+    let sum = text.lines().last().unwrap();
+    assert!(sum.contains(" passed, 0 failed, ") && !sum.contains(" 0 passed"), "{sum}");
+}

@@ -18,6 +18,8 @@ mod own_faults;
 mod raw;
 mod repeatable;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod rescue;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod runaways;
 mod scaffold;
 mod services;

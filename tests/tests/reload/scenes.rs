@@ -115,7 +115,7 @@ fn what_is_remembered_begins_anew_with_an_edit_and_with_a_build() {
     let mut since = 100;
     // Growth of the builds [m a step].
     for growth in [0.001, 0.002] {
-        place.world.step_to(since, |_| ());
+        place.world.step_to(since);
         assert!(place.world.memory().from.is_some_and(|from| from < 60), "{:?}", place.world.memory());
         if growth == 0.001 {
             edit(&mut place, &scene("height = 1.0", "height = 5.0"));
@@ -127,7 +127,7 @@ fn what_is_remembered_begins_anew_with_an_edit_and_with_a_build() {
         assert!(memory.from.is_none_or(|from| from > since), "nothing of before: {memory:?}");
         // Before it there is only the sea as it is now, from its start.
         place.world.go_to(50).expect("all modules run");
-        place.world.step_to(50, |_| ());
+        place.world.step_to(50);
         let wanted = [1.0, 5.0].map(|height| height + 50.0 * growth);
         let found = heights(&place.world);
         assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}, {wanted:?}");

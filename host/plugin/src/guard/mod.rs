@@ -26,8 +26,8 @@ pub use fault::Part;
 pub use limits::{Limits, limits, offer_patience, set_limits};
 #[cfg(target_os = "linux")]
 pub use machine::ever_taken;
-pub use machine::note_saved;
 pub(crate) use machine::{
     Called, Resident, Text, guarded, join, leave, leave_foreign, probe_read, probe_write, put_back,
     put_back_jobs, put_in_place, require_stack,
 };
+pub use machine::{Noted, forget_state, keep_state};

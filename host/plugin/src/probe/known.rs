@@ -17,6 +17,8 @@ use crate::image::Image;
 const MOST: usize = 512;
 /// A note is no longer than this [bytes].
 const LONGEST: u64 = 1 << 16;
+/// Of a reason as much is noted [bytes].
+const REASON: usize = 1 << 12;
 
 /// The hash of a build, as this version of the host sees it.
 pub(super) fn hash(image: &Image<'_>) -> String {
@@ -62,8 +64,14 @@ pub(super) fn recall(folder: &Path, hash: &str) -> Option<Note> {
 pub(super) fn remember(folder: &Path, hash: &str, note: &Note) {
     let text = match note {
         Note::Sound(plugins) => plugins.iter().map(|id| format!("{id}\n")).collect(),
-        Note::Bad(reason) => format!("{BAD}{}\n", reason.replace(['\n', '\r'], " ")),
+        Note::Bad(reason) => {
+            let reason = &reason[..reason.floor_char_boundary(REASON)];
+            format!("{BAD}{}\n", reason.replace(['\n', '\r'], " "))
+        }
     } + "end\n";
+    if text.len() as u64 > LONGEST {
+        return; // More ids than anybody gives: it is tried again.
+    }
     match cache::keep(&folder.join(hash), text.as_bytes()) {
         Ok(()) => forget(folder),
         Err(error) => tracing::debug!("{}: known builds are not noted: {error}", folder.display()),
@@ -112,6 +120,9 @@ mod tests {
             remember(&folder, "a", &note);
             assert_eq!(recall(&folder, "a"), Some(note));
         }
+        let reason = format!("{}é of {}", "x".repeat(REASON - 1), "y".repeat(LONGEST as usize));
+        remember(&folder, "a", &Note::Bad(reason));
+        assert_eq!(recall(&folder, "a"), Some(Note::Bad("x".repeat(REASON - 1))));
         fs::write(folder.join("b"), "x.y\nx").unwrap();
         assert_eq!(recall(&folder, "b"), None);
     }

@@ -44,7 +44,7 @@ struct Verdict {
     plugins: Vec<String>,
     /// Why it is not used.
     refused: Option<String>,
-    /// Its code is at fault, and would be so again.
+    /// Its code is at fault, and would be so again: by a signal, or because a call did not end in its time.
     fault: bool,
 }
 

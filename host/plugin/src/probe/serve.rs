@@ -115,9 +115,11 @@ fn unanswered(in_time: bool, status: i32) -> String {
     format!("the process that loaded it first {how}: the file is damaged, or its code at fault")
 }
 
-/// Was it a fault of the code? A want of time or memory may be another day's.
+/// Was it a fault of the code, one of those that guards see in the child, too? Whoever is ended by somebody
+/// else, or by the limits that the child has as a whole, may do better another day.
 fn is_fault(status: i32) -> bool {
-    const FAULTS: [i32; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGTRAP];
+    const FAULTS: [i32; 7] =
+        [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT, libc::SIGTRAP, libc::SIGSYS];
     libc::WIFSIGNALED(status) && FAULTS.contains(&libc::WTERMSIG(status))
 }
 

@@ -15,6 +15,7 @@ use reef_sea::{
     reload::{Live, REMEMBER, Standing},
     step::{
         hash::{Chain, hex},
+        rescue::Rescue,
         water::Poke,
     },
 };
@@ -41,6 +42,8 @@ pub struct Sea {
     history: usize,
     /// No time passes: somebody holds the timeline.
     held: bool,
+    /// What is left of the run should a plugin take the program down.
+    rescue: Rescue,
     /// What is shown, renewed by [`Sea::advance`].
     blend: Blend,
 }
@@ -86,6 +89,7 @@ impl Sea {
             chains: Vec::new(),
             history,
             held: false,
+            rescue: Rescue::beside(journal),
         };
         sea.begin_journal()?;
         Ok(sea)
@@ -114,6 +118,7 @@ impl Sea {
             self.chain = Some(Chain::default());
         }
         self.chains.clear();
+        self.rescue = Rescue::beside(self.journal.as_deref());
         self.begin_journal()
     }
 
@@ -208,6 +213,7 @@ impl Sea {
         if !self.held || timeline.way().is_some() {
             timeline.advance_with(seconds, |world| add((chain, chains), world));
         }
+        self.rescue.keep(&mut self.timeline.world, self.chain.as_ref());
         self.blend = self.timeline.blend();
     }
 
@@ -228,7 +234,9 @@ impl Sea {
 
     /// Stays where the way to another moment has led so far.
     pub fn stop(&mut self) {
-        self.timeline.stop();
+        let Self { timeline, chain, chains, .. } = self;
+        timeline.stop(|world| add((chain, chains), world));
+        self.blend = self.timeline.blend();
     }
 
     /// Changes a parameter with the next step.
@@ -389,5 +397,28 @@ fn plugin_view(
         description: info.description.clone(),
         params,
         ..PluginView::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_that_is_stopped_is_hashed_and_shown_as_if_it_was_played() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sea.toml");
+        std::fs::write(&path, "[scene]\nname = \"Sea\"\n").unwrap();
+        let common = Common { assets: Some(folder.path().to_owned()), ..Common::default() };
+        let mut sea = Sea::new(&common, &path, None, true, 1 << 20).unwrap();
+        (0..40).for_each(|_| sea.step_once());
+        let played = sea.chains.clone();
+        sea.go_to(30, true);
+        sea.stop();
+        let step = sea.timeline.world.clock().step;
+        assert!((2..30).contains(&step), "{step}");
+        assert_eq!(sea.blend().current.step, step);
+        let chain = sea.chain.expect("all steps are hashed");
+        assert!(played.iter().any(|(at, played)| *at == step && played.digest == chain.digest));
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use reef_files::InOrder;
 use reef_plugin::PluginError;
 use reef_report::{
     failure::Failure,
@@ -32,16 +33,27 @@ fn failed(error: PluginError) -> Failure {
     Failure::check(StateError::from(error))
 }
 
-/// Goes to each of these times in turn [s].
-pub fn visit(world: &mut World, times: &[f64], plain: bool) -> Result<Vec<Moment>, Failure> {
+/// Goes to each of these times in turn [s], until it is asked to end.
+pub fn visit(
+    world: &mut World,
+    times: &[f64],
+    plain: bool,
+    in_order: &InOrder,
+) -> Result<Vec<Moment>, Failure> {
     let mut moments = Vec::new();
     for time in times {
         let step = world.clock().steps_to(*time);
         let began = Instant::now();
         world.go_to(step).map_err(failed)?;
         let bar = say::progress(step - world.clock().step, "steps", plain);
-        world.step_to(step, |_| bar.inc(1));
+        while world.clock().step < step && in_order.asked().is_none() {
+            world.step_toward(step);
+            bar.inc(1);
+        }
         bar.finish_and_clear();
+        if in_order.asked().is_some() {
+            break;
+        }
         let milliseconds = began.elapsed().as_secs_f64() * 1e3;
         let hash = hex(&Chain::default().add(world).map_err(failed)?);
         moments.push(Moment { time: world.clock().time(), step, hash, milliseconds });

@@ -10,7 +10,7 @@ use std::{
 use reef_command::{Common, Past, open};
 use reef_files as files;
 use reef_files::Writing;
-use reef_plugin::{Library, note_saved};
+use reef_plugin::{Library, Noted};
 use reef_report::{
     failure::{Failure, Outcome},
     say::{self, say},
@@ -22,6 +22,7 @@ use reef_sea::{
         hash::{Chain, hex},
         journal::Journal,
         record,
+        rescue::Rescue,
     },
 };
 use serde_json::json;
@@ -115,9 +116,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         ("--save-state", args.save_state.as_deref()),
         ("--journal", args.journal.as_deref()),
     ])?;
-    // A jump looks at nothing before it is there: a signal ends it at once.
-    let in_order = args.at.is_empty().then(files::in_order);
-    let asked = || in_order.as_ref().and_then(files::InOrder::asked);
+    let in_order = files::in_order();
     // All files are begun before the first step: nobody should wait for an answer that cannot be written.
     let mut recording = args.record.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
     let mut state = args.save_state.as_deref().map(Writing::create).transpose().map_err(Failure::input)?;
@@ -129,10 +128,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         streams: args.stream.clone(),
         objects: args.object.clone(),
     };
-    if let Some(out) = &recording {
+    let told = |out: &Writing| {
         let part = out.part().display();
-        note_saved("recording", format!("What was recorded, but for its last lines, is in {part}."));
-    }
+        Noted::new(format!("What was recorded, but for its last lines, is in {part}."))
+    };
+    let noted = recording.as_ref().map(told);
     if let Some(out) = &mut recording {
         check_filter(&world, &filter)?;
         writeln!(out, "{}", record::COLUMNS).map_err(|error| Failure::input(out.error(&error)))?;
@@ -140,6 +140,8 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
             record::write(&world, &filter, out).map_err(|error| Failure::input(out.error(&error)))?;
         }
     }
+    let beside = args.save_state.as_deref().or(args.journal.as_deref());
+    let mut rescue = beside.map(|file| Rescue::beside(Some(file)));
     let writes = args.record.is_some() || args.save_state.is_some() || args.journal.is_some();
     let hashing = args.hash || args.save_state.is_some();
     let plain = !common.json;
@@ -148,9 +150,9 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let began = Instant::now();
     let mut simulated = 0.0;
     let mut broken = None;
-    let moments = jumps::visit(&mut world, &args.at, plain)?;
+    let moments = jumps::visit(&mut world, &args.at, plain, &in_order)?;
     let mut made = 0;
-    while made < steps && asked().is_none() {
+    while made < steps && in_order.asked().is_none() {
         if args.reload_at == Some(world.clock().step + 1) {
             reload(&mut world, open::workers(common))?;
         }
@@ -175,6 +177,9 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
                 }
             }
         }
+        if let Some(rescue) = &mut rescue {
+            rescue.keep(&mut world, hashing.then_some(&chain));
+        }
         bar.inc(1);
         made += 1;
         if !writes && !say::is_heard() {
@@ -182,8 +187,8 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         }
     }
     bar.finish_and_clear();
-    let interrupted = made < steps && broken.is_none();
-    if let Some(signal) = asked().filter(|_| interrupted) {
+    let interrupted = (made < steps || moments.len() < args.at.len()) && broken.is_none();
+    if let Some(signal) = in_order.asked().filter(|_| interrupted) {
         // Half a recording, or a state of another step, is not what was asked for: what stood there stays.
         tracing::warn!(
             step = world.clock().step,
@@ -192,6 +197,8 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         );
         (recording, state) = (None, None);
     }
+    // It is in its place now, or gone.
+    drop(noted);
     if let Some(recording) = recording {
         recording.finish().map_err(Failure::input)?;
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use reef_command::{Common, open};
 use reef_files as files;
+use reef_files::InOrder;
 use reef_gpu::{Gpu, GpuOptions, Message, Picture, Validation};
 use reef_render::{
     Quality, Settings, Studio,
@@ -94,8 +95,13 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let canary = gpu.canary();
     let mut verdicts = Vec::new();
     let bar = say::progress(scenes.len() as u64, "scenes", !common.json);
+    let in_order = files::in_order();
     for scene in &scenes {
-        verdicts.extend(validate(common, args, scene, &golden, &gpu)?);
+        verdicts.extend(validate(common, args, scene, &golden, (&gpu, &in_order))?);
+        if let Some(signal) = in_order.asked() {
+            tracing::warn!("ended by {signal}: not all pictures were looked at");
+            break;
+        }
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -141,7 +147,7 @@ fn validate(
     args: &Args,
     scene: &Path,
     golden: &Path,
-    gpu: &Gpu,
+    (gpu, in_order): (&Gpu, &InOrder),
 ) -> Result<Vec<Verdict>, Failure> {
     let stem = stem(scene);
     let world = open::world(common, scene, reef_sea::Options::default())?;
@@ -152,7 +158,7 @@ fn validate(
     let settings = show.settings();
     let mut studio = Studio::new(gpu, SIZE)?;
     let mut verdicts = Vec::new();
-    for moment in &moments {
+    for moment in moments.iter().take_while(|_| in_order.asked().is_none()) {
         let time = moment.step as f64 * dt;
         for n in (1..=LEAD).rev() {
             show.go_to((time - dt * f64::from(n)).max(0.0));

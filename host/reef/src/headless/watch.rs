@@ -10,6 +10,7 @@ use reef_report::{
 use reef_sea::{
     Options, World,
     reload::{Gravity, REMEMBER, pace},
+    step::rescue::Rescue,
 };
 use serde_json::json;
 
@@ -31,6 +32,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     }
     let mut first = Vec::new();
     let in_order = reef_files::in_order();
+    let mut rescue = Rescue::beside(args.journal.as_deref());
     let lateness = pace(&mut live, &mut world, args.steps.unwrap_or(u64::MAX), |live, world, is_first| {
         for notice in live.take_notices() {
             tell(common, notice.step, &notice.text, notice.gravity == Gravity::Trouble);
@@ -38,6 +40,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         for message in world.take_messages() {
             tell(common, message.step, &format!("{}: {}", message.module, message.text), true);
         }
+        rescue.keep(world, None);
         if is_first {
             first.push(world.clock().step);
         }

@@ -134,7 +134,8 @@ impl Files {
         let watcher = watcher
             .inspect_err(|error| {
                 tracing::warn!(
-                    "the system tells nothing of files that change ({error}): they are looked at once a second"
+                    "the system tells nothing of files that change ({error}): they are looked at once a \
+                     second"
                 );
             })
             .ok();

@@ -92,16 +92,22 @@ impl History {
         self.reached = self.reached.min(step.saturating_sub(1));
     }
 
+    /// Forgets all, and what was tried.
+    pub(crate) fn begin_anew(&mut self) {
+        self.forget_from(0);
+        self.tried = None;
+    }
+
     /// Whatever comes does not follow from the start.
     pub(crate) fn graft(&mut self) {
-        self.forget_from(0);
+        self.begin_anew();
         self.grafted = true;
     }
 
     /// The sea is at its start.
     pub(crate) fn root(&mut self) {
         if std::mem::take(&mut self.grafted) {
-            self.forget_from(0);
+            self.begin_anew();
         }
     }
 
@@ -207,14 +213,18 @@ impl World {
     }
 
     /// Makes the steps from here to one that lies ahead; all but that one unseen.
-    pub fn step_to(&mut self, step: u64, mut look: impl FnMut(&mut Self)) {
+    pub fn step_to(&mut self, step: u64) {
         while self.clock.step < step {
-            if self.clock.step + 1 < step {
-                self.step_unseen();
-            } else {
-                self.step();
-            }
-            look(self);
+            self.step_toward(step);
+        }
+    }
+
+    /// One step of the way to one that lies ahead.
+    pub fn step_toward(&mut self, step: u64) {
+        if self.clock.step + 1 < step {
+            self.step_unseen();
+        } else {
+            self.step();
         }
     }
 
@@ -402,6 +412,10 @@ mod tests {
             walk(&mut history, step..=step);
         }
         assert_eq!((tried, history.past.len(), history.used), (160_u64.div_ceil(history.every()), 0, 0));
+        // Another past is another try.
+        assert!(!history.wants(161 - 1));
+        history.graft();
+        assert!(history.wants(161 - 1));
     }
 
     #[test]

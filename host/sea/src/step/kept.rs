@@ -28,14 +28,14 @@ enum Place {
     /// The file, and where the line of its end begins [bytes].
     File(File, u64),
     /// A device or a pipe gets all at the end.
-    Straight(Option<Writing>),
+    Straight(Writing),
 }
 
 impl Kept {
     /// Begins a file with this journal.
     pub(crate) fn begin(path: &Path, journal: &Journal) -> Result<Self, WriteError> {
         let place = if path.exists() && !path.is_file() {
-            Place::Straight(Some(Writing::create(path)?))
+            Place::Straight(Writing::create(path)?)
         } else {
             let (file, end) = whole(path, journal)?;
             Place::File(file, end)
@@ -87,15 +87,10 @@ impl Kept {
     }
 
     /// Writes the journal to the end of its run, whole.
-    pub(crate) fn finish(&mut self, journal: &Journal) -> Result<(), WriteError> {
-        match &mut self.place {
-            Place::File(file, end) => {
-                (*file, *end) = whole(&self.path, journal)?;
-                self.holds(journal);
-                Ok(())
-            }
-            Place::Straight(writing) => {
-                let Some(mut writing) = writing.take() else { return Ok(()) };
+    pub(crate) fn finish(self, journal: &Journal) -> Result<(), WriteError> {
+        match self.place {
+            Place::File(..) => journal.write(&self.path),
+            Place::Straight(mut writing) => {
                 let written = writing.write_all(journal.text().as_bytes());
                 written.map_err(|error| writing.error(&error))?;
                 writing.finish()

@@ -19,6 +19,7 @@ pub(crate) mod member;
 pub mod random;
 pub(crate) mod recent;
 pub mod record;
+pub mod rescue;
 pub mod sea;
 pub(crate) mod setting;
 pub mod state;

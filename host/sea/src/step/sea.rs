@@ -302,7 +302,7 @@ impl World {
     pub fn reset(&mut self) {
         self.hands.pending.clear();
         self.hands.replay.clear();
-        self.history.forget_from(0);
+        self.history.begin_anew();
         self.history.root();
         self.hands.journal = self.setting.journal_from(0);
         self.begin_again();

@@ -96,11 +96,12 @@ impl Timeline {
         self.way
     }
 
-    /// Stays where the way has led so far.
-    pub fn stop(&mut self) {
+    /// Stays where the way has led so far; `look` sees the world after the step that this may take.
+    pub fn stop(&mut self, look: impl FnOnce(&mut World)) {
         // A state that was loaded shows with the step that follows it.
         if self.way.take().is_some() && self.world.frame().step != self.world.clock().step {
             self.world.step();
+            look(&mut self.world);
             self.jump();
         }
     }

@@ -1,5 +1,6 @@
-//! The last words of a program that ends by a signal of its own: which plugin's code ran last. It may have
-//! written over the program's memory, so this uses none that could be spoilt but a few words.
+//! The last words of a program that ends by a signal of its own: which plugin's code ran last, and what is on
+//! the disk. That plugin may have written over the program's memory: what is said lies in pages that nobody
+//! can write to.
 
 use std::{
     ptr,
@@ -9,31 +10,31 @@ use std::{
     },
 };
 
-use super::describe;
+use super::{
+    describe, rescue,
+    sealed::{Head, Sealed, Shown},
+};
 
-/// The name of a plugin, or of a library's file, kept for ever.
-#[derive(Debug)]
-struct Name(String);
+/// The names of plugins, or of libraries' files, each once and kept for ever: a library that is loaded again
+/// brings no other.
+static NAMES: Mutex<Vec<Sealed>> = Mutex::new(Vec::new());
+static LAST: AtomicPtr<Head> = AtomicPtr::new(ptr::null_mut());
 
-/// Each name once: a library that is loaded again brings no other.
-static NAMES: Mutex<Vec<&'static Name>> = Mutex::new(Vec::new());
-static LAST: AtomicPtr<Name> = AtomicPtr::new(ptr::null_mut());
-
-/// The kept name of a plugin.
+/// The kept name of a plugin; none where the system has no memory for it.
 #[cold]
-fn keep(plugin: &str) -> &'static Name {
+fn keep(plugin: &str) -> Option<Sealed> {
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(name) = names.iter().find(|name| name.0 == plugin) {
-        return name;
+    if let Some(name) = names.iter().find(|name| name.part(0) == plugin.as_bytes()) {
+        return Some(*name);
     }
-    let name: &'static Name = Box::leak(Box::new(Name(plugin.to_owned())));
+    let name = Sealed::new(&[plugin.as_bytes()])?;
     names.push(name);
-    name
+    Some(name)
 }
 
 /// Whom a generation called last.
 #[derive(Debug, Default)]
-pub(crate) struct Called(AtomicPtr<Name>);
+pub(crate) struct Called(AtomicPtr<Head>);
 
 impl Called {
     /// The code of this plugin is about to run. Costs a comparison where it ran before.
@@ -41,7 +42,8 @@ impl Called {
     pub(crate) fn enters(&self, plugin: &str) {
         let mut name = self.0.load(Ordering::Acquire);
         if !is(name, plugin) {
-            name = ptr::from_ref(keep(plugin)).cast_mut();
+            let Some(kept) = keep(plugin) else { return };
+            name = kept.as_ptr();
             self.0.store(name, Ordering::Release);
         }
         LAST.store(name, Ordering::Release);
@@ -49,54 +51,103 @@ impl Called {
 }
 
 /// Is this the name of that plugin? NULL is none's.
-fn is(name: *const Name, plugin: &str) -> bool {
+fn is(name: *mut Head, plugin: &str) -> bool {
     // SAFETY: NULL, or a name that is kept for ever.
-    unsafe { name.as_ref() }.is_some_and(|name| name.0 == plugin)
+    unsafe { Sealed::from_ptr(name) }.is_some_and(|name| name.part(0) == plugin.as_bytes())
 }
 
-/// What is on the disk of a run's results, by whose they are, and the same as one text that is kept for ever.
-static SAVED: Mutex<Vec<(&'static str, String)>> = Mutex::new(Vec::new());
-static SAVED_TEXT: AtomicPtr<String> = AtomicPtr::new(ptr::null_mut());
+/// What is on the disk of a run's results, a sentence each with its number, and how many there were.
+static SAVED: Mutex<(u64, Vec<(u64, String)>)> = Mutex::new((0, Vec::new()));
+/// The same as one text.
+static SAVED_TEXT: Shown = Shown::new();
 
-/// Notes what is on the disk of a run that ends in the middle, as a sentence: it is in the last words.
-/// `whose` tells apart what replaces one another.
-pub fn note_saved(whose: &'static str, sentence: String) {
-    let mut all = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
-    all.retain(|(known, _)| *known != whose);
-    all.push((whose, sentence));
-    let text: String = all.iter().map(|(_, sentence)| format!("{sentence} ")).collect();
-    // Leaked: a signal handler may be reading the one before.
-    SAVED_TEXT.store(Box::into_raw(Box::new(text)), Ordering::Release);
+/// A sentence in the last words of a program that ends in the middle: what it leaves on the disk. It is there
+/// as long as this value.
+#[derive(Debug)]
+pub struct Noted(u64);
+
+impl Noted {
+    /// Adds a sentence.
+    pub fn new(sentence: String) -> Self {
+        let mut saved = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
+        saved.0 += 1;
+        let number = saved.0;
+        saved.1.push((number, sentence));
+        show(&saved.1);
+        Self(number)
+    }
 }
 
-/// Says once which plugin ran last, where one did. For a signal handler.
+impl Drop for Noted {
+    fn drop(&mut self) {
+        let mut saved = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
+        saved.1.retain(|(number, _)| *number != self.0);
+        show(&saved.1);
+    }
+}
+
+fn show(sentences: &[(u64, String)]) {
+    let text: String = sentences.iter().map(|(_, sentence)| format!("{sentence} ")).collect();
+    SAVED_TEXT.replace(Sealed::new(&[text.as_bytes()]));
+}
+
+/// How long a thread whose fault came second waits for the words of the first, in naps.
+const NAPS: u32 = 500;
+const NAP: u32 = 10_000; // [µs]
+
+/// Writes the last state, and says once which plugin ran last, where one did. For a signal handler.
 pub(super) fn say(signal: i32) {
+    static BEGUN: AtomicBool = AtomicBool::new(false);
     static SAID: AtomicBool = AtomicBool::new(false);
-    let last = LAST.load(Ordering::Acquire);
-    if last.is_null() || SAID.swap(true, Ordering::Relaxed) {
+    // SAFETY: NULL, or a name that is kept for ever.
+    let Some(last) = (unsafe { Sealed::from_ptr(LAST.load(Ordering::Acquire)) }) else { return };
+    if BEGUN.swap(true, Ordering::SeqCst) {
+        for _ in (0..NAPS).take_while(|_| !SAID.load(Ordering::SeqCst)) {
+            // SAFETY: a nap.
+            unsafe { libc::usleep(NAP) };
+        }
         return;
     }
-    // SAFETY: a name that is kept for ever.
-    let name = unsafe { &(*last).0 };
-    // SAFETY: NULL, or a text that is kept for ever.
-    let saved = unsafe { SAVED_TEXT.load(Ordering::Acquire).as_ref() };
-    for part in [
-        "reef: ",
-        describe::name(signal),
-        " in the host's own code; the last plugin that ran is `",
-        name,
-        "`, which may have written over its memory. ",
-        saved.map_or("", String::as_str),
-        "Files that were finished before are whole.\n",
-    ] {
+    let write = |part: &[u8]| {
         // SAFETY: the bytes of a text. If nobody listens, nobody hears.
         unsafe { libc::write(libc::STDERR_FILENO, part.as_ptr().cast(), part.len()) };
+    };
+    for part in [
+        b"reef: ",
+        describe::name(signal).as_bytes(),
+        b" in the host's own code; the last plugin that ran is `",
+    ] {
+        write(part);
     }
+    write(last.part(0));
+    write(b"`, which may have written over its memory. ");
+    if let Some(saved) = SAVED_TEXT.look() {
+        write(saved.part(0));
+    }
+    rescue::write(write);
+    write(b"Files that were finished before are whole.\n");
+    SAID.store(true, Ordering::SeqCst);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_saved_is_told_as_long_as_it_is_there() {
+        // Nothing else in this program's tests notes anything.
+        let told = || {
+            let saved = SAVED.lock().unwrap_or_else(PoisonError::into_inner);
+            saved.1.iter().map(|(_, sentence)| sentence.clone()).collect::<Vec<_>>()
+        };
+        let first = Noted::new("One.".to_owned());
+        let second = Noted::new("Two.".to_owned());
+        assert_eq!(told(), ["One.", "Two."]);
+        drop(first);
+        assert_eq!(told(), ["Two."]);
+        drop(second);
+        assert!(told().is_empty());
+    }
 
     #[test]
     fn whoever_is_called_is_named_not_whoever_was_called_first() {
@@ -106,6 +157,6 @@ mod tests {
             assert!(is(called.0.load(Ordering::Acquire), plugin), "{plugin}");
         }
         let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        assert_eq!(names.iter().filter(|name| name.0 == "a.second").count(), 1);
+        assert_eq!(names.iter().filter(|name| name.part(0) == b"a.second").count(), 1);
     }
 }

@@ -480,7 +480,7 @@ impl Bed {
         for batch in self.feet.iter_mut().chain(&mut self.fibres) {
             let (own, after) = rest.split_at(batch.chunk.state_len());
             if !batch.chunk.load(own) {
-                return Err("holds a number that is not finite".to_owned());
+                return Err("holds a bend, or a break, that no step leaves behind".to_owned());
             }
             rest = after;
         }

@@ -508,7 +508,14 @@ impl Chunk {
     /// Takes back what [`Self::save`] wrote; the poses follow with the next [`super::rebuild`]. False, and
     /// nothing happens, for numbers that no step leaves behind.
     pub fn load(&mut self, from: &[f32]) -> bool {
-        if from.len() != self.state_len() || !from.iter().all(|value| value.is_finite()) {
+        if from.len() != self.state_len() {
+            return false;
+        }
+        let (bends, breaks) = from.split_at(from.len() - self.count.next_multiple_of(SAVED));
+        let is_bend = |(x, y): (&f32, &f32)| x * x + y * y <= MOST_BEND2;
+        let mut axes = bends.chunks_exact(2 * SAVED).map(|pair| pair.split_at(SAVED));
+        if !axes.all(|(x, y)| x.iter().zip(y).all(is_bend)) || !breaks.iter().all(|b| [0.0, 1.0].contains(b))
+        {
             return false;
         }
         let mut parts = from.chunks_exact(SAVED);
@@ -531,6 +538,9 @@ impl Chunk {
         true
     }
 }
+
+/// A joint turns to any direction by half a turn at most, and by what rounding adds to its square.
+const MOST_BEND2: f32 = 1.000_01 * core::f32::consts::PI * core::f32::consts::PI;
 
 /// A state is written by eights of fibres, whatever the width of a vector: it does not change with the
 /// kernel.

@@ -299,9 +299,11 @@ fn a_bed_that_was_saved_and_loaded_goes_on_with_the_same_bytes() {
     let state = bed.save();
     let mut other = make();
     assert!(other.load(&state[1..]).unwrap_err().contains("numbers"));
-    let mut damaged = state.clone();
-    damaged[3] = f32::NAN;
-    assert!(other.load(&damaged).unwrap_err().contains("finite"));
+    for (at, number) in [(3, f32::NAN), (3, 4.0), (11, -1e24), (state.len() - 1, 0.5)] {
+        let mut damaged = state.clone();
+        damaged[at] = number;
+        assert!(other.load(&damaged).unwrap_err().contains("that no step leaves behind"), "{at}: {number}");
+    }
     other.load(&state).expect("the same plants");
     assert_eq!(run(&mut other, &flow, 0.0, 1), run(&mut bed, &flow, 0.0, 1), "before any further step");
     assert_eq!(run(&mut other, &flow, DT, 20), run(&mut bed, &flow, DT, 20));

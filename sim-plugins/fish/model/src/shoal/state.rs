@@ -288,8 +288,9 @@ impl Shoal {
             ];
             let of_body = origin.map(|origin| {
                 let [at, felt] = [0, 3].map(|from| DVec3::from_slice(&origin[from..from + 3]));
+                let reach = fish.size * f64::from(bounds.extent);
                 [
-                    ("has its origin away from its habitat [m]", off(at), FARTHEST),
+                    ("has its origin away from its place [m]", at.distance(DVec3::from_slice(place)), reach),
                     ("has a body in water of [m/s]", felt.length(), bounds.water),
                 ]
             });

@@ -199,7 +199,8 @@ fn a_number_that_no_step_writes_is_refused_by_its_name() {
     refused(&|state| state.home_places[2 * 3] = 1.0, "has a fish, 2, with a home that it has not: 0x0");
     refused(&|state| state.places[2 * 3] = 1e9, "that is away from its habitat [m]");
     for (number, value, problem) in [
-        (1, f64::NAN, "that has its origin away from its habitat [m] NaN; allowed: 0 to 10000000"),
+        (1, f64::NAN, "that has its origin away from its place [m] NaN; allowed: 0 to "),
+        (0, 1e5, "that has its origin away from its place [m] "),
         (5, 100.0, "that has a body in water of [m/s] 100"),
     ] {
         refused(&|state| state.origins[2 * 6 + number] = value, problem);
