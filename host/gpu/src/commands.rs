@@ -10,6 +10,7 @@ use super::{
     frames::Frame,
     image::Image,
     pipelines::{Built, Pipeline},
+    record::Record,
     ring::Upload,
 };
 
@@ -143,11 +144,15 @@ impl<'p, 'f> Cmd<'p, 'f> {
     }
 
     /// Sets the bound pipeline's push constants.
-    pub fn push<T: bytemuck::NoUninit>(&mut self, constants: &T) -> Result<()> {
+    pub fn push<T: Record>(&mut self, constants: &T) -> Result<()> {
         let built =
             self.bound.clone().ok_or_else(|| self.refuse("it sets constants before a pipeline".into()))?;
         let bytes = bytemuck::bytes_of(constants);
         let size = built.interface.push_size as usize;
+        if size > 0 && built.interface.push_name != T::NAME {
+            let wanted = &built.interface.push_name;
+            return Err(self.refuse(format!("it pushes {}: the shader reads {wanted}", T::NAME)));
+        }
         if bytes.len() < size {
             return Err(self.refuse(format!("{} bytes of constants: the shader reads {size}", bytes.len())));
         }

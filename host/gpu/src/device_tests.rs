@@ -248,7 +248,7 @@ fn a_replaced_shader_is_drawn_with_from_the_next_frame_on_and_a_broken_one_is_no
         .run(|cmd| {
             cmd.pipeline(&pipeline)?;
             cmd.bind(&[(0, (&a).into()), (1, (&b).into())])?;
-            cmd.push(&[1u32, 10, 1])?;
+            cmd.push(&self_test::ScalePush { count: 1, factor: 10, offset: 1 })?;
             cmd.dispatch_over(1)
         })
         .expect("a pass");

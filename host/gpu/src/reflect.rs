@@ -1,9 +1,12 @@
 //! Reads from SPIR-V what a shader is bound to: descriptors of set 0, push constants, the size of a work
-//! group. So a pipeline's layout follows from its shaders, and nobody writes it twice.
+//! group. So a pipeline's layout follows from its shaders, and nobody writes it twice. And where the members of
+//! its records lie, for the test that compares them with Rust's.
 
 use std::collections::{BTreeMap, HashMap};
 
 use ash::vk;
+
+use super::record::{Layout, Member, ShaderRecord};
 
 /// What one or several stages are bound to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,6 +17,8 @@ pub struct Interface {
     pub bindings: BTreeMap<u32, (vk::DescriptorType, u32)>,
     /// Bytes of push constants.
     pub push_size: u32,
+    /// Name of their block; empty without any.
+    pub push_name: String,
     /// Size of a compute shader's work group.
     pub group: [u32; 3],
 }
@@ -23,6 +28,14 @@ impl Interface {
     pub fn join(mut self, other: &Interface) -> Result<Interface, String> {
         self.stages |= other.stages;
         self.push_size = self.push_size.max(other.push_size);
+        if self.push_name.is_empty() {
+            self.push_name.clone_from(&other.push_name);
+        } else if !other.push_name.is_empty() && self.push_name != other.push_name {
+            return Err(format!(
+                "push constants are {} in one stage and {} in another",
+                self.push_name, other.push_name
+            ));
+        }
         for (binding, kind) in &other.bindings {
             if let Some(mine) = self.bindings.insert(*binding, *kind)
                 && mine != *kind
@@ -58,6 +71,7 @@ pub fn words(bytes: &[u8]) -> Result<Vec<u32>, String> {
 struct Decorations {
     set: u32,
     binding: Option<u32>,
+    block: bool,
     buffer_block: bool,
     array_stride: u32,
 }
@@ -71,7 +85,7 @@ enum Type {
     Image(bool, bool),
     Sampler,
     Array(u32, u32),
-    RuntimeArray,
+    RuntimeArray(u32),
     Struct(Vec<u32>),
     Pointer(u32),
 }
@@ -89,6 +103,9 @@ struct Module {
     constants: HashMap<u32, u32>,
     /// Type, identity, storage class.
     variables: Vec<(u32, u32, u32)>,
+    names: HashMap<u32, String>,
+    /// (structure, member) → name.
+    member_names: HashMap<(u32, u32), String>,
 }
 
 /// Reads the interface of a module.
@@ -102,6 +119,7 @@ pub fn reflect(words: &[u32]) -> Result<Interface, String> {
         let Some(Type::Pointer(pointee)) = module.types.get(&pointer) else { continue };
         if class == 9 {
             interface.push_size = interface.push_size.max(module.size(*pointee, 0)?);
+            interface.push_name = module.names.get(pointee).cloned().unwrap_or_default();
             continue;
         }
         let Some(Decorations { binding: Some(binding), set, .. }) = module.decorations.get(&id) else {
@@ -127,6 +145,10 @@ fn parse(words: &[u32]) -> Result<Module, String> {
         let w = &words[at + 1..at + length];
         at += length;
         match (opcode, w) {
+            (5, [target, name @ ..]) => drop(module.names.insert(*target, text(name))),
+            (6, [structure, member, name @ ..]) => {
+                drop(module.member_names.insert((*structure, *member), text(name)));
+            }
             (15, [model, ..]) => {
                 module.stages |= match model {
                     0 => vk::ShaderStageFlags::VERTEX,
@@ -140,6 +162,7 @@ fn parse(words: &[u32]) -> Result<Module, String> {
             (71, [target, decoration, rest @ ..]) => {
                 let entry = module.decorations.entry(*target).or_default();
                 match (decoration, rest) {
+                    (2, _) => entry.block = true,
                     (3, _) => entry.buffer_block = true,
                     (6, [stride, ..]) => entry.array_stride = *stride,
                     (33, [binding, ..]) => entry.binding = Some(*binding),
@@ -163,7 +186,7 @@ fn parse(words: &[u32]) -> Result<Module, String> {
             (26, [id]) => drop(module.types.insert(*id, Type::Sampler)),
             (27, [id, _]) => drop(module.types.insert(*id, Type::SampledImage)),
             (28, [id, of, length]) => drop(module.types.insert(*id, Type::Array(*of, *length))),
-            (29, [id, _]) => drop(module.types.insert(*id, Type::RuntimeArray)),
+            (29, [id, of]) => drop(module.types.insert(*id, Type::RuntimeArray(*of))),
             (30, [id, members @ ..]) => drop(module.types.insert(*id, Type::Struct(members.to_vec()))),
             (32, [id, _, of]) => drop(module.types.insert(*id, Type::Pointer(*of))),
             (43 | 50, [_, id, value, ..]) => drop(module.constants.insert(*id, *value)),
@@ -177,6 +200,57 @@ fn parse(words: &[u32]) -> Result<Module, String> {
         module.group = ids.map(|id| module.constants.get(&id).copied().unwrap_or(1));
     }
     Ok(module)
+}
+
+/// A literal string.
+fn text(words: &[u32]) -> String {
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0);
+    String::from_utf8_lossy(&bytes.collect::<Vec<u8>>()).into_owned()
+}
+
+/// The structures of a module with names: see [`super::record::shader_records`].
+pub fn records(words: &[u32]) -> Result<Vec<ShaderRecord>, String> {
+    let module = parse(words)?;
+    let mut all = Vec::new();
+    for (id, kind) in &module.types {
+        let Type::Struct(members) = kind else { continue };
+        let Some(name) = module.names.get(id).filter(|name| !name.is_empty() && !name.starts_with("gl_"))
+        else {
+            continue;
+        };
+        let block = module.decorations.get(id).is_some_and(|d| d.block || d.buffer_block);
+        let holds = |of: &u32| matches!(module.types.get(of), Some(Type::Struct(_) | Type::RuntimeArray(_)));
+        if block && matches!(&members[..], [one] if holds(one)) {
+            continue;
+        }
+        let laid_out = !members.is_empty() && module.members.contains_key(&(*id, 0));
+        let mut at = 0;
+        let mut found = Vec::new();
+        for (number, of) in (0..).zip(members) {
+            let size = module.member_size(*id, number, *of, 0)? as usize;
+            let offset = if laid_out {
+                module.members.get(&(*id, number)).map_or(0, |(offset, _)| *offset as usize)
+            } else {
+                at
+            };
+            at = offset + size;
+            let name = module.member_names.get(&(*id, number)).cloned().unwrap_or_default();
+            found.push(Member { name, offset, size });
+        }
+        let strides = module.types.iter().filter_map(|(array, kind)| match kind {
+            Type::Array(of, _) | Type::RuntimeArray(of) if of == id => {
+                module.decorations.get(array).map(|d| d.array_stride as usize)
+            }
+            _ => None,
+        });
+        all.push(ShaderRecord {
+            shader: String::new(),
+            layout: Layout { name: name.clone(), size: at, members: found },
+            laid_out,
+            strides: strides.filter(|stride| *stride > 0).collect(),
+        });
+    }
+    Ok(all)
 }
 
 impl Module {
@@ -219,18 +293,24 @@ impl Module {
             }
             Some(Type::Struct(members)) => {
                 let mut end = 0;
-                for (member, of) in members.iter().enumerate() {
-                    let (offset, matrix) =
-                        self.members.get(&(id, member as u32)).copied().unwrap_or_default();
-                    let size = match self.types.get(of) {
-                        Some(Type::Matrix(_, columns)) if matrix > 0 => matrix.saturating_mul(*columns),
-                        _ => self.size(*of, deeper)?,
-                    };
+                for (member, of) in (0..).zip(members) {
+                    let size = self.member_size(id, member, *of, depth)?;
+                    // What lies in no buffer is packed.
+                    let offset = self.members.get(&(id, member)).map_or(end, |(offset, _)| *offset);
                     end = end.max(offset.saturating_add(size));
                 }
                 Ok(end)
             }
-            _ => Err("push constants of a type without a size".to_owned()),
+            _ => Err("a record has a member of a type without a size".to_owned()),
+        }
+    }
+
+    /// Of a structure's member, in bytes.
+    fn member_size(&self, structure: u32, member: u32, of: u32, depth: u32) -> Result<u32, String> {
+        let matrix = self.members.get(&(structure, member)).map_or(0, |(_, matrix)| *matrix);
+        match self.types.get(&of) {
+            Some(Type::Matrix(_, columns)) if matrix > 0 => Ok(matrix.saturating_mul(*columns)),
+            _ => self.size(of, depth + 1),
         }
     }
 }

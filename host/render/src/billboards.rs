@@ -5,7 +5,6 @@
 //! `sprite.vert` and `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use reef_gpu::{
     Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
     SamplerDesc, Upload,
@@ -28,10 +27,12 @@ const SPECK: f32 = 5.0;
 /// The indices of so many quads are made at first.
 const QUADS: usize = 1024;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    least: f32,
+reef_gpu::record! {
+    /// Constants of `sprite.vert` and `speck.vert`.
+    pub(crate) struct SpritePush = "SpritePush" {
+        /// Diameter below which a sprite is drawn wider and fainter [px].
+        least: f32,
+    }
 }
 
 /// The pass that draws sprites.
@@ -140,7 +141,7 @@ impl Billboards {
                             cmd.bind(&quads)?;
                         }
                     }
-                    cmd.push(&Push { least })?;
+                    cmd.push(&SpritePush { least })?;
                 }
                 match (kind, &self.indices) {
                     (Kind::Speck, _) => cmd.draw(range.clone(), 0..1),

@@ -8,6 +8,14 @@ use reef_gpu::{
 /// ENCODE, SAMPLES and CURVE of `shaders/tonemap.frag`.
 type Constants = [(u32, u32); 3];
 
+reef_gpu::record! {
+    /// Constants of `tonemap.frag`.
+    pub(crate) struct TonePush = "TonePush" {
+        /// Brightness of the picture; 1 is the scene's own.
+        exposure: f32,
+    }
+}
+
 /// How light becomes colour.
 #[derive(Clone, Copy, Debug)]
 pub struct Finish {
@@ -66,7 +74,7 @@ impl Tone {
         frame.pass("tone").read(light, Access::FragmentSampled).color(picture, Load::Discard).run(|cmd| {
             cmd.pipeline(pipeline)?;
             cmd.bind(&[(0, Resource::Texture(light, self.sampler))])?;
-            cmd.push(&finish.exposure)?;
+            cmd.push(&TonePush { exposure: finish.exposure })?;
             cmd.draw(0..3, 0..1);
             Ok(())
         })
