@@ -6,21 +6,63 @@ use std::collections::{BTreeMap, HashMap};
 
 use ash::vk;
 
-use super::record::{Layout, Member, ShaderRecord};
+use super::{
+    access::Access,
+    record::{Layout, Member, ShaderRecord},
+};
 
 /// What one or several stages are bound to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Interface {
     /// Stages that were read.
     pub stages: vk::ShaderStageFlags,
-    /// Binding of set 0 → kind and number of descriptors.
-    pub bindings: BTreeMap<u32, (vk::DescriptorType, u32)>,
+    /// By number, in set 0.
+    pub bindings: BTreeMap<u32, Binding>,
     /// Bytes of push constants.
     pub push_size: u32,
     /// Name of their block; empty without any.
     pub push_name: String,
     /// Size of a compute shader's work group.
     pub group: [u32; 3],
+}
+
+/// What a number of set 0 is bound to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Of its descriptors.
+    pub kind: vk::DescriptorType,
+    /// How many these are.
+    pub count: u32,
+    /// Stages that have it.
+    pub stages: vk::ShaderStageFlags,
+    /// Whether any of them may read it.
+    pub reads: bool,
+    /// Whether any of them may write it.
+    pub writes: bool,
+}
+
+impl Binding {
+    /// How a pass touches what is bound so. An error: a stage that writes and is no compute shader.
+    pub fn accesses(&self) -> Result<Vec<Access>, String> {
+        use vk::{DescriptorType as D, ShaderStageFlags as S};
+        let sampled =
+            matches!(self.kind, D::COMBINED_IMAGE_SAMPLER | D::SAMPLED_IMAGE | D::UNIFORM_TEXEL_BUFFER);
+        if self.writes && self.stages != S::COMPUTE {
+            return Err(format!(
+                "a {:?} is written by {:?}: only compute shaders write",
+                self.kind, self.stages
+            ));
+        }
+        let of = |stage, read, sample| {
+            self.stages.contains(stage).then_some(if sampled { sample } else { read }).filter(|_| self.reads)
+        };
+        let reads = [
+            of(S::VERTEX, Access::VertexRead, Access::VertexSampled),
+            of(S::FRAGMENT, Access::FragmentRead, Access::FragmentSampled),
+            of(S::COMPUTE, Access::ComputeRead, Access::ComputeSampled),
+        ];
+        Ok(reads.into_iter().flatten().chain(self.writes.then_some(Access::ComputeWrite)).collect())
+    }
 }
 
 impl Interface {
@@ -36,12 +78,15 @@ impl Interface {
                 self.push_name, other.push_name
             ));
         }
-        for (binding, kind) in &other.bindings {
-            if let Some(mine) = self.bindings.insert(*binding, *kind)
-                && mine != *kind
-            {
-                return Err(format!("binding {binding} is {mine:?} in one stage and {kind:?} in another"));
+        for (number, other) in &other.bindings {
+            let mine = self.bindings.entry(*number).or_insert(*other);
+            if (mine.kind, mine.count) != (other.kind, other.count) {
+                let [mine, other] = [*mine, *other].map(|binding| (binding.kind, binding.count));
+                return Err(format!("binding {number} is {mine:?} in one stage and {other:?} in another"));
             }
+            mine.stages |= other.stages;
+            mine.reads |= other.reads;
+            mine.writes |= other.writes;
         }
         Ok(self)
     }
@@ -74,6 +119,14 @@ struct Decorations {
     block: bool,
     buffer_block: bool,
     array_stride: u32,
+    touched: Touched,
+}
+
+/// What a shader says that it does not do.
+#[derive(Clone, Copy, Default)]
+struct Touched {
+    never_written: bool,
+    never_read: bool,
 }
 
 enum Type {
@@ -97,6 +150,8 @@ struct Module {
     /// The same as constants' identities, which are declared later.
     group_ids: Option<[u32; 3]>,
     decorations: HashMap<u32, Decorations>,
+    /// (structure, member) → how it is touched.
+    touched: HashMap<(u32, u32), Touched>,
     /// (structure, member) → offset and matrix stride.
     members: HashMap<(u32, u32), (u32, u32)>,
     types: HashMap<u32, Type>,
@@ -129,7 +184,9 @@ pub fn reflect(words: &[u32]) -> Result<Interface, String> {
             return Err(format!("descriptor set {set}: only set 0 is used"));
         }
         let (kind, count) = module.descriptor(*pointee, class, 0)?;
-        interface.bindings.insert(*binding, (kind, count));
+        let (reads, writes) = module.touches(id, *pointee, kind);
+        let stages = interface.stages;
+        interface.bindings.insert(*binding, Binding { kind, count, stages, reads, writes });
     }
     Ok(interface)
 }
@@ -165,6 +222,8 @@ fn parse(words: &[u32]) -> Result<Module, String> {
                     (2, _) => entry.block = true,
                     (3, _) => entry.buffer_block = true,
                     (6, [stride, ..]) => entry.array_stride = *stride,
+                    (24, _) => entry.touched.never_written = true,
+                    (25, _) => entry.touched.never_read = true,
                     (33, [binding, ..]) => entry.binding = Some(*binding),
                     (34, [set, ..]) => entry.set = *set,
                     _ => {}
@@ -175,6 +234,12 @@ fn parse(words: &[u32]) -> Result<Module, String> {
             }
             (72, [structure, member, 7, stride, ..]) => {
                 module.members.entry((*structure, *member)).or_default().1 = *stride;
+            }
+            (72, [structure, member, 24]) => {
+                module.touched.entry((*structure, *member)).or_default().never_written = true;
+            }
+            (72, [structure, member, 25]) => {
+                module.touched.entry((*structure, *member)).or_default().never_read = true;
             }
             (20, [id]) => drop(module.types.insert(*id, Type::Scalar(4))),
             (21 | 22, [id, bits, ..]) => drop(module.types.insert(*id, Type::Scalar(bits / 8))),
@@ -275,6 +340,23 @@ impl Module {
         }
     }
 
+    /// Whether the shader may read a variable, and whether it may write it: what it does not deny.
+    fn touches(&self, variable: u32, pointee: u32, kind: vk::DescriptorType) -> (bool, bool) {
+        use vk::DescriptorType as D;
+        if !matches!(kind, D::STORAGE_BUFFER | D::STORAGE_IMAGE | D::STORAGE_TEXEL_BUFFER) {
+            return (true, false);
+        }
+        let mut touched = self.decorations.get(&variable).map_or_else(Touched::default, |d| d.touched);
+        if let Some(Type::Struct(members)) = self.types.get(&pointee) {
+            let all = |denied: fn(&Touched) -> bool| {
+                (0..).zip(members).all(|(member, _)| self.touched.get(&(pointee, member)).is_some_and(denied))
+            };
+            touched.never_written |= all(|t| t.never_written);
+            touched.never_read |= all(|t| t.never_read);
+        }
+        (!touched.never_read, !touched.never_written)
+    }
+
     /// In bytes, without padding at the end.
     fn size(&self, id: u32, depth: u32) -> Result<u32, String> {
         if depth > MOST_NESTING {
@@ -332,24 +414,52 @@ mod tests {
         assert_eq!(interface.stages, vk::ShaderStageFlags::COMPUTE);
         assert_eq!(interface.group, [64, 1, 1]);
         assert_eq!(interface.push_size, 12);
-        let storage = (vk::DescriptorType::STORAGE_BUFFER, 1);
-        assert_eq!(interface.bindings, BTreeMap::from([(0, storage), (1, storage)]));
+        let storage = |reads, writes| Binding {
+            kind: vk::DescriptorType::STORAGE_BUFFER,
+            count: 1,
+            stages: vk::ShaderStageFlags::COMPUTE,
+            reads,
+            writes,
+        };
+        assert_eq!(
+            interface.bindings,
+            BTreeMap::from([(0, storage(true, false)), (1, storage(false, true))])
+        );
     }
 
     #[test]
     fn a_fragment_shaders_texture_is_read_and_joined_with_the_vertex_stage() {
         let joined = of("selftest_picture.vert").join(&of("selftest_sample.frag")).expect("no conflict");
         assert_eq!(joined.stages, vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT);
-        assert_eq!(joined.bindings.get(&0), Some(&(vk::DescriptorType::COMBINED_IMAGE_SAMPLER, 1)));
+        let picture = joined.bindings[&0];
+        assert_eq!((picture.kind, picture.count), (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, 1));
+        assert_eq!(picture.accesses(), Ok(vec![Access::FragmentSampled]));
     }
 
     #[test]
     fn buffers_of_texels_are_told_from_textures_and_storage_images() {
         let bindings = of("mesh_skin.comp").bindings;
-        let kind = |binding: u32| bindings.get(&binding).map(|(kind, _)| *kind);
+        let kind = |binding: u32| bindings.get(&binding).map(|binding| binding.kind);
         assert_eq!(kind(6), Some(vk::DescriptorType::UNIFORM_TEXEL_BUFFER));
         assert_eq!(kind(12), Some(vk::DescriptorType::STORAGE_TEXEL_BUFFER));
         assert_eq!(kind(10), Some(vk::DescriptorType::STORAGE_BUFFER));
+    }
+
+    #[test]
+    fn how_a_pass_touches_what_it_binds_follows_from_its_shaders() {
+        let touched = |shader: &str, binding: u32| of(shader).bindings[&binding].accesses().expect("compute");
+        let both = [Access::ComputeRead, Access::ComputeWrite];
+        assert_eq!(touched("fibre_scan.comp", 0), both);
+        assert_eq!(touched("fibre_scan.comp", 1), [Access::ComputeWrite]);
+        assert_eq!(touched("fibre_skin.comp", 2), [Access::ComputeRead]);
+        assert_eq!(touched("mesh_lit.comp", 3), [Access::ComputeSampled]);
+        assert_eq!(touched("mesh_lit.comp", 6), both);
+        assert_eq!(touched("mesh_skin.comp", 12), [Access::ComputeWrite]);
+        assert_eq!(touched("terrain.vert", 1), [Access::VertexRead]);
+        let view = of("terrain.vert").join(&of("terrain.frag")).expect("no conflict").bindings[&0];
+        assert_eq!(view.accesses(), Ok(vec![Access::VertexRead, Access::FragmentRead]));
+        let draws = Binding { stages: vk::ShaderStageFlags::FRAGMENT, writes: true, ..view };
+        assert!(draws.accesses().is_err(), "a fragment shader that writes");
     }
 
     #[test]

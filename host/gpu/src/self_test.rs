@@ -4,8 +4,8 @@
 use ash::vk;
 
 use super::{
-    Access, Blend, Frames, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Picture, Pipeline, Resource,
-    Result, SamplerDesc, Signals,
+    Blend, Frames, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Picture, Pipeline, Resource, Result,
+    SamplerDesc, Signals,
 };
 
 /// Numbers that are computed.
@@ -77,9 +77,8 @@ pub(super) fn compute(gpu: &Gpu, frames: &mut Frames) -> Result<Vec<u32>> {
         for (name, from, to, constants) in
             [("first", &a, &b, ScalePush::new(3, 1)), ("second", &b, &c, ScalePush::new(5, 2))]
         {
-            frame.pass(name).read(from, Access::ComputeRead).write(to, Access::ComputeWrite).run(|cmd| {
+            frame.pass(name).bind(&scale, &[(0, from.into()), (1, to.into())]).run(|cmd| {
                 cmd.pipeline(&scale)?;
-                cmd.bind(&[(0, from.into()), (1, to.into())])?;
                 cmd.push(&constants)?;
                 cmd.dispatch_over(COUNT)
             })?;
@@ -116,11 +115,10 @@ pub(super) fn draw(gpu: &Gpu, frames: &mut Frames) -> Result<Picture> {
         })?;
         frame
             .pass("sample")
-            .read(&first, Access::FragmentSampled)
+            .bind(&sample, &[(0, Resource::Texture(&first, sampler))])
             .color(&second, Load::Clear([0.0, 0.0, 0.0, 1.0]))
             .run(|cmd| {
                 cmd.pipeline(&sample)?;
-                cmd.bind(&[(0, Resource::Texture(&first, sampler))])?;
                 cmd.draw(0..6, 0..1);
                 Ok(())
             })?;

@@ -109,21 +109,20 @@ impl Billboards {
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;
-        let (Some(textures), false) = (layers.images(), self.seen.draws.is_empty()) else {
+        if self.seen.draws.is_empty() {
             return Ok(());
-        };
+        }
         let sprites = frame.upload(&self.seen.sprites)?;
+        let own = [(0, view.into()), (1, sprites.into())];
         let mut quads = layers.bindings(3, Edges::Hold);
-        quads.extend([(0, view.into()), (1, sprites.into())]);
+        quads.extend(own);
         quads.push((2, Resource::Texture(targets.depth, self.sampler)));
         let mut pass = frame
             .pass("sprites")
-            .read(targets.depth, Access::FragmentSampled)
+            .bind(self.specks.get(quality), &own)
+            .bind(self.quads.get(quality), &quads)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly);
-        for texture in textures {
-            pass = pass.read(texture, Access::FragmentSampled);
-        }
         if let Some((_, indices)) = &self.indices {
             pass = pass.read(indices, Access::IndexRead);
         }
@@ -131,16 +130,11 @@ impl Billboards {
             let mut bound = None;
             for (kind, range) in &self.seen.draws {
                 if bound.replace(*kind) != Some(*kind) {
-                    match kind {
-                        Kind::Speck => {
-                            cmd.pipeline(self.specks.get(quality))?;
-                            cmd.bind(&[(0, view.into()), (1, sprites.into())])?;
-                        }
-                        Kind::Quad => {
-                            cmd.pipeline(self.quads.get(quality))?;
-                            cmd.bind(&quads)?;
-                        }
-                    }
+                    let pipeline = match kind {
+                        Kind::Speck => &self.specks,
+                        Kind::Quad => &self.quads,
+                    };
+                    cmd.pipeline(pipeline.get(quality))?;
                     cmd.push(&SpritePush { least })?;
                 }
                 match (kind, &self.indices) {

@@ -160,11 +160,9 @@ impl Fibres {
 
         frame
             .pass("fibres: cull, detail, rings")
-            .write(&b.choices, Access::ComputeWrite)
-            .write(&b.rings, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.rings)?;
-                cmd.bind(&[
+            .bind(
+                &self.rings,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
@@ -172,7 +170,10 @@ impl Fibres {
                     (4, current.into()),
                     (5, (&b.choices).into()),
                     (6, (&b.rings).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.rings)?;
                 cmd.push(&RingsPush {
                     fibre_count: count,
                     use_lod: u32::from(limits.is_some()),
@@ -184,13 +185,9 @@ impl Fibres {
             })?;
         frame
             .pass("fibres: offsets")
-            .read(&b.choices, Access::ComputeRead)
-            .write(&b.choices, Access::ComputeWrite)
-            .write(&b.draw, Access::ComputeWrite)
-            .write(&b.tubes, Access::ComputeWrite)
+            .bind(&self.scan, &[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])
             .run(|cmd| {
                 cmd.pipeline(&self.scan)?;
-                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])?;
                 cmd.push(&FibreScanPush {
                     fibre_count: count,
                     vertex_limit: (b.vertex.size() / TUBE) as u32,
@@ -202,16 +199,10 @@ impl Fibres {
             })?;
         frame
             .pass("fibres: skin")
-            .read(&b.choices, Access::ComputeRead)
-            .read(&b.rings, Access::ComputeRead)
-            .read(&b.tubes, Access::ComputeRead)
-            .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
-            .write(&b.vertex, Access::ComputeWrite)
-            .write(&b.index, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.skin)?;
-                cmd.bind(&[
+            .bind(
+                &self.skin,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, (&b.choices).into()),
@@ -220,18 +211,19 @@ impl Fibres {
                     (5, (&b.index).into()),
                     (6, (&b.tubes).into()),
                     (7, (&b.draw).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
                 cmd.push(&FibreSkinPush { groups_x: GROUPS_X })?;
                 cmd.dispatch_indirect(groups(b))
             })?;
         let (true, Some(materials)) = (self.lit, self.materials) else { return Ok(()) };
         frame
             .pass("fibres: ribbons")
-            .read(&b.choices, Access::ComputeRead)
-            .write(&b.strips, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.ribbon)?;
-                cmd.bind(&[
+            .bind(
+                &self.ribbon,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
@@ -240,7 +232,10 @@ impl Fibres {
                     (5, (&b.choices).into()),
                     (6, materials.into()),
                     (7, (&b.strips).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbon)?;
                 cmd.push(&RibbonPush { fibre_count: count })?;
                 cmd.dispatch_over(count)
             })
@@ -275,14 +270,14 @@ impl Fibres {
         };
         let Some(draws) = self.draws.get() else { return Ok(()) };
         let mut bound = vec![(0, view.into()), (1, materials.into())];
-        let mut pass = frame.pass("fibres: draw");
         if self.draws.chosen().textures != 0 {
-            for texture in layers.images().into_iter().flatten() {
-                pass = pass.read(texture, Access::FragmentSampled);
-            }
             bound.extend(layers.bindings(2, Edges::Around));
         }
-        pass.read(&b.vertex, Access::AttributeRead)
+        frame
+            .pass("fibres: draw")
+            .bind(&draws.core, &bound)
+            .bind(&draws.fringe, &bound)
+            .read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
             .read(&b.strips, Access::AttributeRead)
             .read(&b.draw, Access::IndirectRead)
@@ -290,7 +285,6 @@ impl Fibres {
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(&draws.core)?;
-                cmd.bind(&bound)?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
                 cmd.draw_indexed_indirect(tubes(b, offset_of!(DrawCounts, tubes)), 1)?;
@@ -305,7 +299,6 @@ impl Fibres {
                     cmd.vertices(0, &b.vertex)?;
                 }
                 cmd.pipeline(&draws.fringe)?;
-                cmd.bind(&bound)?;
                 cmd.draw_indexed_indirect(tubes(b, offset_of!(DrawCounts, flat_tubes)), 1)
             })
     }

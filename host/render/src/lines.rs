@@ -57,9 +57,9 @@ impl Lines {
             .pass("debug lines")
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly)
+            .bind(self.pipeline.get(quality), &[(0, view.into()), (1, lines.into())])
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                cmd.bind(&[(0, view.into()), (1, lines.into())])?;
                 cmd.push(&LinePush { width })?;
                 cmd.draw(0..count * 6, 0..1);
                 Ok(())

@@ -246,14 +246,16 @@ impl Bodies {
         }
         let count = bodies.len() as u32;
         let bodies = frame.upload(bodies)?;
-        frame.pass("markers").color(targets.light, Load::Keep).depth(targets.depth, DepthLoad::Keep).run(
-            |cmd| {
+        frame
+            .pass("markers")
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .bind(self.pipeline.get(quality), &[(0, view.into()), (1, bodies.into())])
+            .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                cmd.bind(&[(0, view.into()), (1, bodies.into())])?;
                 cmd.draw(0..VERTICES, 0..count);
                 Ok(())
-            },
-        )
+            })
     }
 }
 

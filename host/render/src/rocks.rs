@@ -121,18 +121,17 @@ impl Rocks {
         if visible.is_empty() {
             return Ok(());
         }
+        let [noise, contact] = textures.bindings(&textures.noise);
+        let pipeline = self.pipeline.get(quality);
         frame
             .pass("rocks")
+            .bind(pipeline, &[(0, view.into()), noise, contact])
             .read(&self.indices, Access::IndexRead)
             .read(&meshes.vertices, Access::AttributeRead)
-            .read(&textures.noise, Access::FragmentSampled)
-            .read(&textures.contact, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(self.pipeline.get(quality))?;
-                let [noise, contact] = textures.bindings(&textures.noise);
-                cmd.bind(&[(0, view.into()), noise, contact])?;
+                cmd.pipeline(pipeline)?;
                 cmd.vertices(0, &meshes.vertices)?;
                 cmd.indices(&self.indices, vk::IndexType::UINT16)?;
                 for (index, level, origin) in visible {

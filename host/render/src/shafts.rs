@@ -5,8 +5,8 @@
 use ash::vk;
 use glam::{DVec2, Vec2};
 use reef_gpu::{
-    Access, Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result,
-    SamplerDesc, Upload,
+    Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result, SamplerDesc,
+    Upload,
 };
 use reef_streams::environment::Environment;
 
@@ -88,16 +88,14 @@ impl Shafts {
         let shafts = frame.upload(&shafts)?;
         frame
             .pass("shafts")
-            .read(targets.depth, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly)
+            .bind(
+                &self.pipeline,
+                &[(0, view.into()), (1, shafts.into()), (2, Resource::Texture(targets.depth, self.sampler))],
+            )
             .run(|cmd| {
                 cmd.pipeline(&self.pipeline)?;
-                cmd.bind(&[
-                    (0, view.into()),
-                    (1, shafts.into()),
-                    (2, Resource::Texture(targets.depth, self.sampler)),
-                ])?;
                 cmd.draw(0..count * 6, 0..1);
                 Ok(())
             })

@@ -216,19 +216,16 @@ impl Terrain {
         let count = tiles.len() as u32;
         let tiles = frame.upload(&tiles)?;
         let indices = &self.indices[usize::from(quality == Quality::High)];
-        let ground = textures.ground(quality);
+        let [ground, contact] = textures.bindings(textures.ground(quality));
+        let pipeline = self.pipeline.get(quality);
         frame
             .pass("terrain")
+            .bind(pipeline, &[(0, view.into()), (1, heights.into()), (2, tiles.into()), ground, contact])
             .read(indices, Access::IndexRead)
-            .read(heights, Access::VertexRead)
-            .read(ground, Access::FragmentSampled)
-            .read(&textures.contact, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(self.pipeline.get(quality))?;
-                let [ground, contact] = textures.bindings(ground);
-                cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), ground, contact])?;
+                cmd.pipeline(pipeline)?;
                 cmd.indices(indices, vk::IndexType::UINT16)?;
                 cmd.draw_indexed(0..(indices.size() / 2) as u32, 0, 0..count);
                 Ok(())

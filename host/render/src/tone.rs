@@ -71,12 +71,16 @@ impl Tone {
             }
         };
         let pipeline = &self.pipelines[index].2;
-        frame.pass("tone").read(light, Access::FragmentSampled).color(picture, Load::Discard).run(|cmd| {
-            cmd.pipeline(pipeline)?;
-            cmd.bind(&[(0, Resource::Texture(light, self.sampler))])?;
-            cmd.push(&TonePush { exposure: finish.exposure })?;
-            cmd.draw(0..3, 0..1);
-            Ok(())
-        })
+        frame
+            .pass("tone")
+            .read(light, Access::FragmentSampled)
+            .color(picture, Load::Discard)
+            .bind(pipeline, &[(0, Resource::Texture(light, self.sampler))])
+            .run(|cmd| {
+                cmd.pipeline(pipeline)?;
+                cmd.push(&TonePush { exposure: finish.exposure })?;
+                cmd.draw(0..3, 0..1);
+                Ok(())
+            })
     }
 }
