@@ -9,7 +9,7 @@
 /// How much of the caustics is left at a depth [m] and a size of a pixel [m], beyond which the pattern cannot
 /// be resolved. Scattering on the way down softens it: half of its contrast is gone by 12 m.
 float caustic_strength(float depth, float footprint) {
-    return 0.8 * view.sun.w * (1.0 - smoothstep(0.012, 0.13, footprint)) * exp(-depth * 0.058);
+    return 0.8 * view.caustics * (1.0 - smoothstep(0.012, 0.13, footprint)) * exp(-depth * 0.058);
 }
 
 /// Mean of the unclamped gain at a depth [m].
@@ -34,12 +34,8 @@ float caustic_reach(float quarter) {
 
 /// How strongly train `i` bends light. It focuses near 4 / (A k^2); beyond twice that it only blurs.
 float caustic_bend(int i, float quarter) {
-    return clamp(2.0 - quarter * view.wave[i].z, 0.0, 1.0) * caustic_reach(quarter);
+    return clamp(2.0 - quarter * view.caustic[i].power, 0.0, 1.0) * caustic_reach(quarter);
 }
-
-/// How far the long trains, the first half, shift light: as 6 m below the surface everywhere. Nearer to it
-/// the net of the others would lie as even as it is.
-const float LONG_REACH = 1.5;
 
 /// The gain of a Hessian (xx, zz, xz) that is multiplied by the reach; lines are wider farther down.
 float caustic_focus(vec3 h, float quarter) {
@@ -53,14 +49,13 @@ float caustic_pattern(vec3 p, float depth) {
     vec2 x = caustic_entry(p, depth);
     vec3 h = vec3(0.0);
     for (int i = 0; i < WAVES; i++) {
-        vec4 w = view.wave[i];
-        vec4 f = view.focus[i];
+        CausticTrain w = view.caustic[i];
         float bend = caustic_bend(i, quarter);
-        float a = dot(w.xy, x) + w.w;
+        float a = dot(w.vector, x) + w.phase;
         float c = cos(a);
         // Light that arrives here has crossed this train where its phase is so much less.
-        h -= f.xyz * (bend * sin(a - bend * w.z * c));
-        x -= w.xy * ((i < WAVES / 2 ? LONG_REACH : bend) * f.w * c);
+        h -= w.hessian * (bend * sin(a - bend * w.power * c));
+        x -= w.vector * ((i < WAVES / 2 ? LONG_REACH : bend) * w.amplitude * c);
     }
     return caustic_focus(h, quarter) / caustic_mean(depth);
 }

@@ -1,12 +1,7 @@
 // Records of the fibre passes. Mirrors host/render/src/fibres.rs; the functions mirror
 // host/render/src/twin.rs.
 
-#define RINGS 16 // rings of a fibre at full detail
-#define RING_LEVELS 3
-#define RIBBON_ERRORS 6.0 // a fibre is a ribbon below this radius, in side errors
-#define THIN_RADIUS 0.75 // a lit ribbon's edges fade where its radius is below this somewhere [px]
-#define FLAG_CAP 2u
-#define FLAG_BLADE 4u
+#include "shared.glsl"
 
 /// Tissue that light crosses in a tentacle, in radii: it is a hollow tube, whose two walls are a quarter of
 /// its radius thick. A blade is solid.
@@ -16,7 +11,7 @@ struct Fibre {
     uint object;
     uint previous_node;
     uint current_node;
-    uint nodes_flags;      // node count in the low half, REEF_FIBRE_* in the high half
+    uint nodes_flags;      // node count in the low half, FLAG_CAP and FLAG_BLADE in the high half
     uint material;
     uint variation;
     uint sides;
@@ -27,9 +22,17 @@ struct Fibre {
     uint plain;            // 1: round, without a cap, of one opaque tissue without a pattern
 };
 
+/// Two texels: see mesh_texels.glsl.
 struct Object {
-    vec4 previous;         // origin in eye space at the step before
-    vec4 current;          // origin in eye space at this step
+    vec3 previous;         // origin in eye space at the step before [m]
+    uint previous_end;     // 0
+    vec3 current;          // origin in eye space at this step [m]
+    uint current_end;      // 0
+};
+
+struct Node {
+    vec3 position;         // relative to its object's origin [m]
+    float radius;          // [m]
 };
 
 /// What the first pass chose for a fibre. `first_vertex` and `first_index` are filled by the scan.
@@ -45,43 +48,71 @@ struct Choice {
 };
 
 struct Ring {
-    vec4 center;           // eye space [m]; w: radius that is drawn [m]
-    vec4 normal;           // unit, angle 0; w: coverage, true over drawn width
-    vec4 tangent;          // unit; w: position along the fibre: 0 root, 1 last node, 2 the end of its cap
-    vec4 slope;            // x: share of the tangent in the surface's normal, y: share of the radial direction
+    vec3 center;           // eye space [m]
+    float radius;          // that is drawn [m]
+    vec3 normal;           // unit, angle 0
+    float coverage;        // true over drawn width
+    vec3 tangent;          // unit
+    float along;           // position along the fibre: 0 root, 1 last node, 2 the end of its cap
+    vec2 slope;            // share of the tangent in the surface's normal, share of the radial direction
 };
 
-/// What the scan writes: the draws.
-struct Draws {
-    // The tubes, without those that are ribbons: VkDrawIndexedIndirectCommand.
-    uint index_total;
+/// A tube's vertex, as fibre.vert reads it.
+struct TubeVertex {
+    vec4 clip;
+    uint normal_xy;        // 16 bits each
+    uint normal_z_along;   // 16 bits each; half of how far along the fibre
+    uint circle;           // cosine and sine of the angle around the fibre, 16 bits each
+    uint radius_half;      // halves: true radius [cm], half the true width [px]
+    uint material_flags;   // 24 and 8 bits
+    uint variation;
+    uint chain_tissue;     // halves: length [m], tissue that light crosses in radii
+    float edge;            // distance from the middle of a ribbon [px]; 0: a tube
+};
+
+/// A lit ribbon's vertex, as fibre_ribbon.vert reads it.
+struct StripVertex {
+    vec4 clip;
+    uint edge;             // what is shown; a: true over drawn width; 8 bits each
+    uint bow;              // middle minus mean of the edges; 8 bits each
+};
+
+/// VkDrawIndirectCommand.
+struct Draw {
+    uint vertices;
+    uint instances;
+    uint first_vertex;
+    uint first_instance;
+};
+
+/// VkDrawIndexedIndirectCommand.
+struct IndexedDraw {
+    uint indices;
     uint instances;
     uint first_index;
     int vertex_offset;
     uint first_instance;
-    uint vertices;
-    uint drawn;          // fibres that are drawn
-    uint left_out;       // fibres that did not fit
-    // Lit ribbons that hide what is behind them, and those that let it through: VkDrawIndirectCommand.
-    uvec4 solid;
-    uvec4 thin;
-    // Workgroups that skin the tubes: VkDispatchIndirectCommand; w: how many tubes there are.
-    uvec4 groups;
-    // The tubes that are ribbons, whose indices come after all others: VkDrawIndexedIndirectCommand.
-    uvec4 flat_tubes;
-    uvec4 flat_instance;
 };
 
-#define NOT_DRAWN 0xffffffffu
-#define LIT_RIBBON 0x10000u // a ribbon that is lit at its rings
-#define THIN 0x20000u       // somewhere thinner than THIN_RADIUS
+/// VkDispatchIndirectCommand.
+struct Groups {
+    uint x;
+    uint y;
+    uint z;
+};
 
-/// A ribbon's edge fades over twice this [px]. Over one pixel, a line that crosses the rows a little askew
-/// would look like a rope: now one pixel, now two of half the strength.
-#define EDGE 0.75
-
-/// The same of lit ribbons, where every pixel counts.
-#define LIT_EDGE 0.5
+/// What the scan writes: the draws.
+struct FibreDraws {
+    IndexedDraw tubes;       // those that are no ribbons
+    IndexedDraw flat_tubes;  // those that are, whose indices come after all others
+    Draw solid;              // lit ribbons that hide what is behind them
+    Draw thin;               // and those that let it through
+    Groups groups;           // that skin the tubes
+    uint tube_count;
+    uint vertices;           // of the tubes
+    uint drawn;              // fibres that are drawn
+    uint left_out;           // fibres that did not fit
+};
 
 /// A ribbon hides what is behind it where it covers this share of a pixel or more: such a pixel comes first,
 /// and shows a rim of what was there before. What covers less comes last and hides nothing.

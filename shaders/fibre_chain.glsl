@@ -1,10 +1,10 @@
 // A fibre's node chain between two steps, and the smooth curve through it. Needs view.glsl and fibre.glsl;
 // bindings 1 to 4.
 
-layout(set = 0, binding = 1, std430) readonly buffer Fibres { Fibre fibres[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Objects { Object objects[]; };
-layout(set = 0, binding = 3, std430) readonly buffer PreviousNodes { vec4 previous_nodes[]; };
-layout(set = 0, binding = 4, std430) readonly buffer CurrentNodes { vec4 current_nodes[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Fibres { Fibre fibres[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Objects { Object objects[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer PreviousNodes { Node previous_nodes[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer CurrentNodes { Node current_nodes[]; };
 
 Fibre fibre;
 vec3 base;
@@ -14,16 +14,15 @@ uint count;
 void take(uint index) {
     fibre = fibres[index];
     Object object = objects[fibre.object];
-    base = mix(object.previous.xyz, object.current.xyz, fibre.blend);
+    base = mix(object.previous, object.current, fibre.blend);
     count = fibre.nodes_flags & 0xffffu;
 }
 
 /// Node in eye space, blended between the steps; w: radius.
 vec4 node(uint i) {
-    vec4 a = previous_nodes[fibre.previous_node + i];
-    vec4 b = current_nodes[fibre.current_node + i];
-    vec4 n = mix(a, b, fibre.blend);
-    return vec4(n.xyz + base, n.w);
+    Node a = previous_nodes[fibre.previous_node + i];
+    Node b = current_nodes[fibre.current_node + i];
+    return vec4(mix(a.position, b.position, fibre.blend) + base, mix(a.radius, b.radius, fibre.blend));
 }
 
 /// Unit vector from `a` to `b`.

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One invocation a fibre that is a lit ribbon: a strip that faces the eye, lit at both edges and in the
 // middle of each ring. Between them the light follows a parabola.
 
@@ -15,22 +16,16 @@
 
 layout(local_size_x = 8) in;
 
-layout(set = 0, binding = 5, std430) readonly buffer Choices { Choice choices[]; };
-layout(set = 0, binding = 6, std430) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Vertices { uint vertices[]; };
+layout(set = 0, binding = 5, scalar) readonly buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 7, scalar) writeonly buffer Vertices { StripVertex vertices[]; };
 
-layout(push_constant) uniform Push { uint fibre_count; } push;
-
-#define VERTEX_WORDS 6u
+layout(push_constant, scalar) uniform RibbonPush { uint fibre_count; } push;
 
 void put(uint vertex, vec4 clip, uint edge, uint bow) {
-    uint at = vertex * VERTEX_WORDS;
-    vertices[at] = floatBitsToUint(clip.x);
-    vertices[at + 1u] = floatBitsToUint(clip.y);
-    vertices[at + 2u] = floatBitsToUint(clip.z);
-    vertices[at + 3u] = floatBitsToUint(clip.w);
-    vertices[at + 4u] = edge;
-    vertices[at + 5u] = bow;
+    vertices[vertex].clip = clip;
+    vertices[vertex].edge = edge;
+    vertices[vertex].bow = bow;
 }
 
 void main() {
@@ -62,7 +57,7 @@ void main() {
         // they are seen.
         vec3 side = cross(c.d, -c.p);
         float size = dot(side, side);
-        side = size > 1e-16 ? side * inversesqrt(size) : view.right.xyz;
+        side = size > 1e-16 ? side * inversesqrt(size) : view.right;
         vec3 facing = cross(side, c.d);
         float bevel = inversesqrt(1.0 + c.taper * c.taper);
         vec2 slope = vec2(c.taper * bevel, bevel);

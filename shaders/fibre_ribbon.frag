@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // A lit ribbon: its edges' light, and between them a parabola through the light of its middle. What is thin
 // fades around its edge, so that it moves without a step.
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One invocation a fibre: blends the last two steps, culls, chooses the level of detail, and lays the rings
 // along a smooth curve through the nodes with frames that do not twist.
 
@@ -9,10 +10,10 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 5, std430) writeonly buffer Choices { Choice choices[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer Rings { Ring rings[]; };
+layout(set = 0, binding = 5, scalar) writeonly buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 6, scalar) writeonly buffer Rings { Ring rings[]; };
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform RingsPush {
     uint fibre_count;
     uint use_lod;      // 0: everything at full detail, nothing culled
     float ring_step;   // a coarser ring level of n segments is chosen below n^2 times this length [px]
@@ -69,11 +70,11 @@ void main() {
     // For every fibre or for none; written so that no branch hangs on a uniform alone (see HIGH in
     // view.glsl).
     if (index < push.fibre_count * min(push.use_lod, 1u)) {
-        vec3 c = vec3(dot(center, view.right.xyz), dot(center, view.up.xyz), dot(center, view.forward.xyz));
-        float side_x = sqrt(1.0 + view.right.w * view.right.w) * reach;
-        float side_y = sqrt(1.0 + view.up.w * view.up.w) * reach;
-        bool outside = c.z < -reach + view.forward.w || abs(c.x) > c.z * view.right.w + side_x
-            || abs(c.y) > c.z * view.up.w + side_y || c.z - reach > view.viewport.w;
+        vec3 c = vec3(dot(center, view.right), dot(center, view.up), dot(center, view.forward));
+        float side_x = sqrt(1.0 + view.tangent_x * view.tangent_x) * reach;
+        float side_y = sqrt(1.0 + view.tangent_y * view.tangent_y) * reach;
+        bool outside = c.z < -reach + view.near || abs(c.x) > c.z * view.tangent_x + side_x
+            || abs(c.y) > c.z * view.tangent_y + side_y || c.z - reach > view.far;
         if (outside) {
             choice.levels = NOT_DRAWN;
             choice.rings = 0u;
@@ -81,8 +82,8 @@ void main() {
             choices[index] = choice;
             return;
         }
-        float nearest = max(length(center) - reach, view.forward.w);
-        float pixels = view.viewport.z / nearest;
+        float nearest = max(length(center) - reach, view.near);
+        float pixels = view.pixels_per_metre / nearest;
         float length_px = chain * pixels;
         float radius_px = radius * pixels;
 
@@ -92,7 +93,7 @@ void main() {
 
         if (fibre.plain != 0u && radius_px < push.lit_ribbon) {
             // Where it is thin its edges fade, and what is behind it shines through.
-            bool thin = thinnest < THIN_RADIUS * (length(center) + reach) / view.viewport.z;
+            bool thin = thinnest < THIN_RADIUS * (length(center) + reach) / view.pixels_per_metre;
             choice.levels = ring_level | LIT_RIBBON | (thin ? THIN : 0u);
             choice.rings = ring_count(ring_level);
             choice.sides = 2u;
@@ -143,10 +144,12 @@ void main() {
         float drawn = drawn_radius(c);
 
         Ring ring;
-        ring.normal = vec4(transport(normal, tangent, c.d), c.r / drawn);
-        ring.tangent = vec4(c.d, w);
+        ring.normal = transport(normal, tangent, c.d);
+        ring.coverage = c.r / drawn;
+        ring.tangent = c.d;
+        ring.along = w;
         float bevel = inversesqrt(1.0 + c.taper * c.taper);
-        ring.slope = vec4(c.taper * bevel, bevel, 0.0, 0.0);
+        ring.slope = vec2(c.taper * bevel, bevel);
         float factor = 1.0;
         if (w > 1.0) {
             float q = w - 1.0;
@@ -160,16 +163,17 @@ void main() {
                 float ahead = top_radius * (0.16 * sin(min((q + e) * 5.0, 1.5707963)) - 0.20 * smoothstep(0.1, 0.7, q + e)
                     + 0.16 * smoothstep(0.62, 0.82, q + e) - 0.22 * smoothstep(0.86, 1.0, q + e));
                 vec2 n = normalize(vec2(1.0, (ahead - rise) / (e * top_radius)));
-                ring.slope = vec4(n.x, n.y, 0.0, 0.0);
+                ring.slope = n;
             } else {
                 float angle = q * 1.5707963;
                 factor = cos(angle);
                 rise = drawn * sin(angle);
-                ring.slope = vec4(sin(angle), cos(angle), 0.0, 0.0);
+                ring.slope = vec2(sin(angle), cos(angle));
             }
             c.p += c.d * rise;
         }
-        ring.center = vec4(c.p, drawn * max(factor, 0.0));
+        ring.center = c.p;
+        ring.radius = drawn * max(factor, 0.0);
         rings[index * uint(RINGS) + k] = ring;
     }
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One workgroup: where each drawn fibre's vertices and indices begin (an exclusive prefix sum in the fibres'
 // order, so that every run packs them the same way), and the draws that cover them all.
 
@@ -9,11 +10,11 @@
 
 layout(local_size_x = THREADS) in;
 
-layout(set = 0, binding = 0, std430) buffer Choices { Choice choices[]; };
-layout(set = 0, binding = 1, std430) writeonly buffer Draw { Draws draw; };
-layout(set = 0, binding = 2, std430) writeonly buffer Tubes { uint tubes[]; }; // fibres that are tubes
+layout(set = 0, binding = 0, scalar) buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 1, scalar) writeonly buffer Drawn { FibreDraws draw; };
+layout(set = 0, binding = 2, scalar) writeonly buffer Tubes { uint tubes[]; }; // fibres that are tubes
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform FibreScanPush {
     uint fibre_count;
     uint vertex_limit;
     uint index_limit;
@@ -129,18 +130,14 @@ void main() {
             all.ribbons += needs[i].ribbons;
             all_left += left_out[i];
         }
-        draw.index_total = all.indices;
-        draw.instances = 1u;
-        draw.first_index = 0u;
-        draw.vertex_offset = 0;
-        draw.first_instance = 0u;
+        draw.tubes = IndexedDraw(all.indices, 1u, 0u, 0, 0u);
+        draw.flat_tubes = IndexedDraw(all.flat_indices, 1u, flat_first, 0, 0u);
+        draw.solid = Draw(all.solid, 1u, 0u, 0u);
+        draw.thin = Draw(all.thin, 1u, all.solid, 0u);
+        draw.groups = Groups(min(all.tubes, push.groups_x), (all.tubes + push.groups_x - 1u) / push.groups_x, 1u);
+        draw.tube_count = all.tubes;
         draw.vertices = all.vertices;
         draw.drawn = all.tubes + all.ribbons;
         draw.left_out = all_left;
-        draw.solid = uvec4(all.solid, 1u, 0u, 0u);
-        draw.thin = uvec4(all.thin, 1u, all.solid, 0u);
-        draw.flat_tubes = uvec4(all.flat_indices, 1u, flat_first, 0u);
-        draw.flat_instance = uvec4(0u);
-        draw.groups = uvec4(min(all.tubes, push.groups_x), (all.tubes + push.groups_x - 1u) / push.groups_x, 1u, all.tubes);
     }
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One workgroup a tube: the vertices of its rings in clip space, and the triangles between them.
 
 #include "view.glsl"
@@ -7,24 +8,22 @@
 
 layout(local_size_x = 32) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Fibres { Fibre fibres[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Choices { Choice choices[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Rings { Ring rings[]; };
-layout(set = 0, binding = 4, std430) writeonly buffer Vertices { uint vertices[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer Indices { uint indices[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Fibres { Fibre fibres[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Choices { Choice choices[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer Rings { Ring rings[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Vertices { TubeVertex vertices[]; };
+layout(set = 0, binding = 5, scalar) writeonly buffer Indices { uint indices[]; };
 
-layout(set = 0, binding = 6, std430) readonly buffer Tubes { uint tubes[]; };
-layout(set = 0, binding = 7, std430) readonly buffer Draw { Draws draw; };
+layout(set = 0, binding = 6, scalar) readonly buffer Tubes { uint tubes[]; };
+layout(set = 0, binding = 7, scalar) readonly buffer Drawn { FibreDraws draw; };
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform FibreSkinPush {
     uint groups_x;
 } push;
 
-#define VERTEX_WORDS 12u
-
 void main() {
     uint tube = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
-    if (tube >= draw.groups.w) return;
+    if (tube >= draw.tube_count) return;
     uint index = tubes[tube];
     Choice choice = choices[index];
     Fibre fibre = fibres[index];
@@ -42,58 +41,55 @@ void main() {
         uint k = v / sides;
         uint j = v - k * sides;
         Ring ring = rings[index * uint(RINGS) + k];
-        vec3 across = cross(ring.tangent.xyz, ring.normal.xyz);
+        vec3 across = cross(ring.tangent, ring.normal);
         vec3 offset;
         vec3 normal;
         vec2 circle;
         // How `fibre.frag` finds what of a pixel is covered: half the true width, and the distance from the
         // middle [px].
-        float half_px = 0.5 * ring.normal.w;
+        float half_px = 0.5 * ring.coverage;
         float edge_px = 0.0;
         if (ribbon) {
             // Across the line of sight, as wide as the ellipse's shadow.
-            vec3 side = cross(ring.tangent.xyz, -ring.center.xyz);
+            vec3 side = cross(ring.tangent, -ring.center);
             float size = dot(side, side);
-            side = size > 1e-16 ? side * inversesqrt(size) : ring.normal.xyz;
+            side = size > 1e-16 ? side * inversesqrt(size) : ring.normal;
             float sign = j == 0u ? -1.0 : 1.0;
-            float a = dot(side, ring.normal.xyz);
+            float a = dot(side, ring.normal);
             float b = dot(side, across);
             // Wider than it is, for the edge that fades.
-            float pixel = pixel_at(ring.center.xyz);
-            float true_half = sqrt(a * a + b * b * flatness * flatness) * ring.center.w * ring.normal.w;
+            float pixel = pixel_at(ring.center);
+            float true_half = sqrt(a * a + b * b * flatness * flatness) * ring.radius * ring.coverage;
             half_px = true_half / pixel;
             edge_px = sign * (half_px + EDGE);
             offset = side * (sign * (true_half + EDGE * pixel));
             // The ellipse's normal at .8 of its half shadow: a tube is rounded off, a blade seen from its
             // face is flat.
-            vec3 facing = cross(side, ring.tangent.xyz);
-            float along_face = sign * 0.8 * a + 0.6 * flatness * dot(facing, ring.normal.xyz);
+            vec3 facing = cross(side, ring.tangent);
+            float along_face = sign * 0.8 * a + 0.6 * flatness * dot(facing, ring.normal);
             float off_face = sign * 0.8 * b * flatness + 0.6 * dot(facing, across);
-            normal = ring.normal.xyz * (along_face * flatness) + across * off_face;
+            normal = ring.normal * (along_face * flatness) + across * off_face;
             normal *= inversesqrt(max(dot(normal, normal), 1e-12));
             circle = vec2(a, b) * sign;
         } else {
             float angle = 6.2831853 * mix(float(j) / float(sides), float(j >> 1) / float(max(coarser, 1u)),
                                           choice.side_morph);
             circle = vec2(cos(angle), sin(angle));
-            vec3 radial = ring.normal.xyz * circle.x + across * circle.y;
-            offset = radial * (ring.center.w * scale);
-            normal = radial * ring.slope.y + ring.tangent.xyz * ring.slope.x;
+            vec3 radial = ring.normal * circle.x + across * circle.y;
+            offset = radial * (ring.radius * scale);
+            normal = radial * ring.slope.y + ring.tangent * ring.slope.x;
         }
-        vec4 clip = view.clip_from_eye * vec4(ring.center.xyz + offset, 1.0);
-        uint at = (choice.first_vertex + v) * VERTEX_WORDS;
-        vertices[at] = floatBitsToUint(clip.x);
-        vertices[at + 1u] = floatBitsToUint(clip.y);
-        vertices[at + 2u] = floatBitsToUint(clip.z);
-        vertices[at + 3u] = floatBitsToUint(clip.w);
-        vertices[at + 4u] = packSnorm2x16(normal.xy);
-        vertices[at + 5u] = packSnorm2x16(vec2(normal.z, ring.tangent.w * 0.5));
-        vertices[at + 6u] = packSnorm2x16(circle);
-        vertices[at + 7u] = packHalf2x16(vec2(ring.center.w * ring.normal.w * 100.0, half_px));
-        vertices[at + 8u] = fibre.material | flags << 24;
-        vertices[at + 9u] = fibre.variation;
-        vertices[at + 10u] = packHalf2x16(vec2(choice.chain, tissue));
-        vertices[at + 11u] = floatBitsToUint(edge_px);
+        vec4 clip = view.clip_from_eye * vec4(ring.center + offset, 1.0);
+        uint at = choice.first_vertex + v;
+        vertices[at].clip = clip;
+        vertices[at].normal_xy = packSnorm2x16(normal.xy);
+        vertices[at].normal_z_along = packSnorm2x16(vec2(normal.z, ring.along * 0.5));
+        vertices[at].circle = packSnorm2x16(circle);
+        vertices[at].radius_half = packHalf2x16(vec2(ring.radius * ring.coverage * 100.0, half_px));
+        vertices[at].material_flags = fibre.material | flags << 24;
+        vertices[at].variation = fibre.variation;
+        vertices[at].chain_tissue = packHalf2x16(vec2(choice.chain, tissue));
+        vertices[at].edge = edge_px;
     }
 
     uint quads = ribbon ? 1u : sides;

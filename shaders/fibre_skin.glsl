@@ -24,7 +24,7 @@ layout(location = 0) out vec4 color;
 
 layout(constant_id = 2) const uint FRINGE = 0u; // 1: only what hides nothing
 
-layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Materials { Material materials[]; };
 
 void main() {
     // A ribbon's edge fades: it moves without a step, and does not crawl.
@@ -57,8 +57,8 @@ void main() {
     // texture begins anew around the fibre.
     float side = min(6.2831853 * s.radius_cm * 0.01, s.chain);
     float around = atan(s.circle.y, s.circle.x) * 0.15915494 + 0.5;
-    vec4 found = texel_of(m.texels, vec2(around, 1.0 - s.along), log2(pixel_at(p) / max(side, 1e-6)));
-    s.skin = m.texels == 0u ? s.skin : found;
+    vec4 found = texel_of(m.texture, vec2(around, 1.0 - s.along), log2(pixel_at(p) / max(side, 1e-6)));
+    s.skin = m.texture == 0u ? s.skin : found;
 #endif
     vec3 light = tissue_light(m, look.x >> 24, look.y, s, p);
     float alpha = clamp(m.base.a * covered, 0.0, 1.0);

@@ -11,9 +11,9 @@ struct Sand {
 Sand sand_at(vec2 x, vec2 slope, float distance) {
     vec4 slow = texture(noise, x * 0.137);
     vec4 mid = texture(noise, x.yx * 0.61 + 0.37);
-    vec2 surge = view.contact_origin.zw;
+    vec2 surge = view.surge;
     vec2 other = vec2(surge.x * 0.966 - surge.y * 0.259, surge.x * 0.259 + surge.y * 0.966);
-    float k1 = view.eye.w;
+    float k1 = view.ripple_number;
     float k2 = k1 * 0.87;
     float warp = (slow.r - 0.5) * 16.0 + (mid.r - 0.5) * 1.6;
     float a1 = dot(surge, x) * k1 + warp;
@@ -21,7 +21,7 @@ Sand sand_at(vec2 x, vec2 slope, float distance) {
     float weight = smoothstep(0.42, 0.60, slow.a);
     float resolved = 1.0 - smoothstep(0.7, 2.6, fwidth(a1));
     float patches = smoothstep(0.25, 0.50, mix(slow.a, mid.a, 0.25)) * 0.7 + 0.3;
-    float height = view.plain.w * patches * resolved;
+    float height = view.ripple_height * patches * resolved;
     // Crests sharper than troughs.
     float s1 = sin(a1);
     float s2 = sin(a2);
@@ -53,8 +53,8 @@ vec3 lit_ground(vec3 albedo, vec3 normal, vec3 p, vec2 open) {
     float footprint = length(fwidth(p));
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
-    float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
+    float facing = clamp(dot(normal, view.sun), 0.0, 1.0);
     float gain = facing * open.g > 0.0 ? caustic_gain(p, depth, footprint) : 1.0;
-    vec3 sun = view.sun_color.rgb * sea * (facing * gain * open.g);
+    vec3 sun = view.sun_color * sea * (facing * gain * open.g);
     return albedo * (sun + ambient_light(normal, sea, SAND_DARK) * open.r);
 }

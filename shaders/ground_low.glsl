@@ -8,10 +8,10 @@ struct Haze {
 };
 
 Haze haze_at(vec3 p) {
-    float sea = 1.0 - view.beam.w; // a diagram has no sea
+    float sea = 1.0 - view.diagram; // a diagram has no sea
     float distance = length(p);
     Haze haze;
-    haze.through = sea_light_at(depth_of(p)) * exp(-view.beam.rgb * (distance * sea));
+    haze.through = sea_light_at(depth_of(p)) * exp(-view.beam * (distance * sea));
     haze.added = scattered_light(p / max(distance, 1e-6), distance) * sea;
     return haze;
 }
@@ -22,7 +22,7 @@ vec3 caustics_at(vec3 p) {
     float depth = max(depth_of(p), 0.05);
     float distance = length(p);
     // Size of a pixel on level ground.
-    float footprint = distance / view.viewport.z * (1.0 + distance / max(abs(p.y), 0.05));
+    float footprint = distance / view.pixels_per_metre * (1.0 + distance / max(abs(p.y), 0.05));
     float strength = caustic_strength(depth, footprint);
     return vec3(0.25 * depth, strength / caustic_mean(depth), 1.0 - strength);
 }
@@ -35,9 +35,9 @@ vec2 entry_at(vec3 p) {
     vec2 x = caustic_entry(p, depth);
     float apart = 0.08 * length(p);
     for (int i = 0; i < WAVES / 2; i++) {
-        vec4 w = view.wave[i];
-        float seen = exp(-0.5 * dot(w.xy, w.xy) * apart * apart);
-        x -= w.xy * (LONG_REACH * view.focus[i].w * seen * cos(dot(w.xy, x) + w.w));
+        CausticTrain w = view.caustic[i];
+        float seen = exp(-0.5 * dot(w.vector, w.vector) * apart * apart);
+        x -= w.vector * (LONG_REACH * w.amplitude * seen * cos(dot(w.vector, x) + w.phase));
     }
     return x;
 }
@@ -61,13 +61,12 @@ float quick_sine(float a) {
 float quick_caustics(vec2 x, vec3 c) {
     vec3 h = vec3(0.0);
     for (int i = WAVES / 2; i < WAVES; i++) {
-        vec4 w = view.wave[i];
-        vec4 f = view.focus[i];
+        CausticTrain w = view.caustic[i];
         float bend = caustic_bend(i, c.x);
-        float a = dot(w.xy, x) + w.w;
+        float a = dot(w.vector, x) + w.phase;
         float cosine = rough_cosine(a);
-        h -= f.xyz * (bend * quick_sine(a - bend * w.z * cosine));
-        x -= w.xy * (bend * f.w * cosine);
+        h -= w.hessian * (bend * quick_sine(a - bend * w.power * cosine));
+        x -= w.vector * (bend * w.amplitude * cosine);
     }
     return c.z + c.y * caustic_focus(h, c.x);
 }
@@ -75,8 +74,8 @@ float quick_caustics(vec2 x, vec3 c) {
 /// Light from the ground to the eye. `open`: r to the water around, g to the sun; the others as from
 /// caustics_at, entry_at and haze_at.
 vec3 seen_ground(vec3 albedo, vec3 normal, vec2 open, vec3 caustics, vec2 entry, Haze haze) {
-    float facing = clamp(dot(normal, view.sun.xyz), 0.0, 1.0);
-    vec3 light = view.sun_color.rgb * (facing * quick_caustics(entry, caustics) * open.g)
+    float facing = clamp(dot(normal, view.sun), 0.0, 1.0);
+    vec3 light = view.sun_color * (facing * quick_caustics(entry, caustics) * open.g)
         + ambient_light(normal, vec3(1.0), SAND_DARK) * open.r;
     return albedo * light * haze.through + haze.added;
 }

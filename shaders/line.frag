@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // Forces and moments, drawn over the sea in their own colours.
 
 #include "view.glsl"
@@ -9,7 +10,7 @@ layout(location = 0) in vec4 line_color;
 layout(location = 1) in float edge;
 layout(location = 0) out vec4 color;
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform LinePush {
     float width; // [px]
 } push;
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // A debug line as a quad that is a given number of pixels wide, with a soft edge of half a pixel.
 
 #include "tone.glsl"
@@ -9,11 +10,10 @@ struct Line {
     vec3 from; // eye space
     uint color; // sRGB 0xAABBGGRR
     vec3 to;   // eye space
-    uint spare;
 };
-layout(set = 0, binding = 1, std430) readonly buffer Lines { Line lines[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Lines { Line lines[]; };
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform LinePush {
     float width; // [px]
 } push;
 
@@ -28,13 +28,13 @@ void main() {
     // Cut at the near plane.
     vec3 a = line.from;
     vec3 b = line.to;
-    float da = dot(a, view.forward.xyz) - view.forward.w;
-    float db = dot(b, view.forward.xyz) - view.forward.w;
+    float da = dot(a, view.forward) - view.near;
+    float db = dot(b, view.forward) - view.near;
     if (da < 0.0 && db > 0.0) a = mix(a, b, -da / (db - da) * 1.001);
     if (db < 0.0 && da > 0.0) b = mix(b, a, -db / (da - db) * 1.001);
     vec4 ca = view.clip_from_eye * vec4(a, 1.0);
     vec4 cb = view.clip_from_eye * vec4(b, 1.0);
-    vec2 half_size = view.viewport.xy * 0.5;
+    vec2 half_size = view.size * 0.5;
     vec2 d = (cb.xy / cb.w - ca.xy / ca.w) * half_size;
     float size = length(d);
     d = size > 1e-6 ? d / size : vec2(1.0, 0.0);

@@ -1,15 +1,6 @@
 // Records of the mesh passes. Mirrors host/render/src/meshes/records.rs; the functions mirror meshes/twin.rs.
 
-#define MESH_DUAL 1u       // joints are blended as dual quaternions
-#define MESH_TWO_SIDED 2u
-#define DRAWN_ANEW 1u      // an instance's vertices come with the step
-#define RIGID 2u           // one joint moves all
-#define VEIL 4u            // light shines through by opacity: drawn from far to near
-#define FAR_SIDE 8u        // of a veil: only what faces away
-#define PLAIN 16u          // no texture
-#define SMOOTH 32u         // no pattern either
-#define LIT_VEIL 64u       // a veil that is lit at its vertices
-#define CUT_OUT 128u       // where its texture is less than half opaque there is nothing
+#include "shared.glsl"
 
 /// A mesh that stays on the device.
 struct Mesh {
@@ -21,7 +12,8 @@ struct Mesh {
     uint joints;
     uint influences;       // words a vertex in the bones
     uint flags;
-    vec4 bounds;           // at rest: middle, radius [m]
+    vec3 center;           // of what is at rest [m]
+    float radius;          // [m]
 };
 
 struct Level {
@@ -31,22 +23,21 @@ struct Level {
     uint vertices;
     float error;           // [m]
     uint influences;
-    uint spare_a;
-    uint spare_b;
+    uvec2 end;             // 0: records are whole texels
 };
 
 /// A joint at rest.
 struct Rest {
     vec4 rotation;
-    vec4 place;            // translation [m]; w: scale
-    vec4 reach;            // x: farthest that a vertex is from it [m]
+    vec3 translation;      // [m]
+    float scale;
+    float reach;           // farthest that a vertex is from it [m]
+    uvec3 end;             // 0: records are whole texels
 };
 
 /// A vertex at rest: `MeshVertex` of reef_sim.h in 8 words.
 struct RestVertex {
-    float x;
-    float y;
-    float z;
+    vec3 position;         // [m]
     uint normal;           // octahedron
     uint uv;               // halves
     float thickness;       // [m]
@@ -71,7 +62,8 @@ struct Instance {
     float fade;
     uint vertices_of;      // the instance whose vertices it draws, itself where it has its own
     uint shade;            // of neighbours, two halves: how fast light fades downward [1/m], from which height on [m]
-    vec4 bounds;           // of what is drawn anew: middle and radius relative to the object's origin [m]
+    vec3 center;           // of what is drawn anew, relative to the object's origin [m]
+    float radius;          // [m]
 };
 
 /// An instance at one level of detail; each has two, the finer first.
@@ -84,25 +76,20 @@ struct Part {
     uint shares;           // of the pixels: from, to, 16 bits each
 };
 
-// NOT_DRAWN is in fibre.glsl.
-#define LEFT_OUT 0x100u     // in a bin: there was no room for it
-#define BINS 6u
-#define BIN_LIT 0u         // lit at its vertices
-#define BIN_PIXEL 2u       // lit pixel by pixel
-#define BIN_VEIL 4u        // the same, let through; + 1 in those before: two-sided
-#define BIN_LIT_VEIL 5u
-#define SMOOTH_LIT 4.0     // what has no pattern may be so many times as large and still lit at its vertices
-#define BAND 1.15          // a coarser level begins to fade in at this many times its threshold
 #define PART_THREADS 4u     // a part may have four vertices
 #define GROUP_PARTS 8u      // so many parts are one workgroup's: to begin one costs a software device as much as a part
 #define LIGHT_THREADS 64u
 
 /// What the scan writes.
 struct MeshDraws {
-    uvec4 commands[12];    // VkDrawIndexedIndirectCommand of each bin, in 8 words
-    uvec4 groups;          // VkDispatchIndirectCommand over the parts that are drawn; w: how many
-    uvec4 light_groups;    // the same over all vertices
-    uvec4 counts;          // vertices, triangles, instances that are drawn, parts that did not fit
+    IndexedDraw commands[BINS];
+    Groups groups;         // over the parts that are drawn
+    Groups light_groups;   // over all vertices
+    uint parts;            // that are drawn, with those that did not fit
+    uint vertices;
+    uint triangles;
+    uint drawn;            // parts that are drawn
+    uint left_out;         // parts that did not fit
 };
 
 vec3 turned(vec4 q, vec3 v) {

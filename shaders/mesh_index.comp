@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // Some invocations a part: its triangles. Those of a veil are drawn twice, first what faces away, then what
 // faces the eye; the others of each time are points.
 
@@ -14,11 +15,11 @@ layout(set = 0, binding = 2) uniform usamplerBuffer levels;
 layout(set = 0, binding = 3) uniform usamplerBuffer mesh_indices;
 layout(set = 0, binding = 4) uniform usamplerBuffer vertices; // three texels each
 layout(set = 0, binding = 5) uniform usamplerBuffer parts;
-layout(set = 0, binding = 6, std430) readonly buffer Order { uint order[]; };
-layout(set = 0, binding = 7, std430) readonly buffer Draw { MeshDraws draw; };
-layout(set = 0, binding = 8, std430) writeonly buffer Indices { uint indices[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Order { uint order[]; };
+layout(set = 0, binding = 7, scalar) readonly buffer Drawn { MeshDraws draw; };
+layout(set = 0, binding = 8, scalar) writeonly buffer Indices { uint indices[]; };
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform MeshIndexPush {
     uint groups_x;
     uint index_limit;
     uint first_instance; // texels
@@ -31,7 +32,7 @@ vec3 corner(uint vertex) {
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
     uint number = group * GROUP_PARTS + gl_LocalInvocationID.x / PART_THREADS;
-    if (number >= draw.groups.w) return;
+    if (number >= draw.parts) return;
     uint index = order[number];
     Part part = part_at(parts, index);
     Instance instance = instance_at(instances, push.first_instance, index >> 1);

@@ -33,8 +33,8 @@ float bed_open(uint shade, vec3 p) {
 float mirrored(Material m, vec3 normal, vec3 to_eye) {
     float narrow = 1.0 / max(m.roughness * m.roughness, 0.03);
     float power = 2.0 * narrow * narrow;
-    vec3 half_way = normalize(view.sun.xyz + to_eye);
-    float facing = clamp(dot(normal, view.sun.xyz) * 4.0, 0.0, 1.0);
+    vec3 half_way = normalize(view.sun + to_eye);
+    float facing = clamp(dot(normal, view.sun) * 4.0, 0.0, 1.0);
     return m.specular * (power + 8.0) * 0.125 * pow(clamp(dot(normal, half_way), 0.0, 1.0), power) * facing;
 }
 
@@ -43,7 +43,7 @@ vec3 mesh_light(Material m, Instance instance, Skin s, vec3 p) {
     float along = clamp(s.uv.y, 0.0, 1.0);
     float tip = smoothstep(m.tip.a, 1.0, along);
     vec3 albedo = mix(m.base.rgb, m.tip.rgb, tip);
-    if (m.pattern != 0u) {
+    if (m.pattern != REEF_PATTERN_NONE) {
         float angle = s.uv.x * 6.2831853;
         vec2 circle = -vec2(cos(angle), sin(angle));
         albedo = mix(albedo, m.accent.rgb, pattern_share(m, s.uv.y, circle, s.place, instance.phase, 0u));
@@ -58,7 +58,7 @@ vec3 mesh_light(Material m, Instance instance, Skin s, vec3 p) {
     float open = bed_open(instance.shade, p);
     vec3 light = lit_tissue(m, albedo, s.normal, s.thickness_cm, open, rim * rim, m.glow * s.glow, true, p);
     if (SHINY != 0u) {
-        vec3 sun = view.sun_color.rgb * sea_light_at(depth_of(p));
+        vec3 sun = view.sun_color * sea_light_at(depth_of(p));
         light += sun * (mirrored(m, s.normal, to_eye) * open);
     }
     return light;

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One invocation a vertex: the light of those that are not lit pixel by pixel. Low quality's alone.
 
 #include "view.glsl"
@@ -20,10 +21,10 @@ layout(set = 0, binding = 1) uniform usamplerBuffer instances;
 layout(set = 0, binding = 2) uniform usamplerBuffer meshes;
 layout(set = 0, binding = 3) uniform usamplerBuffer parts;
 layout(set = 0, binding = 4) uniform usamplerBuffer materials;
-layout(set = 0, binding = 5, std430) readonly buffer Draw { MeshDraws draw; };
+layout(set = 0, binding = 5, scalar) readonly buffer Drawn { MeshDraws draw; };
 layout(set = 0, binding = 6, rgba32ui) uniform uimageBuffer vertices; // three texels each
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform MeshLightPush {
     uint first_instance; // texels
     uint first_material;
 } push;
@@ -36,14 +37,13 @@ Material material_at(uint index) {
     vec4 light = uintBitsToFloat(e);
     vec4 mirror = floats_at(materials, at + 5u);
     return Material(floats_at(materials, at), floats_at(materials, at + 1u), floats_at(materials, at + 2u), d.x, d.y,
-        scale_soft.x, scale_soft.y, light.x, light.y, light.z, light.w, mirror.x, mirror.y, mirror.zw,
-        vec4[2](vec4(0.0), vec4(0.0)));
+        scale_soft.x, scale_soft.y, light.x, light.y, light.z, light.w, mirror.x, mirror.y, float[10](0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
 }
 
 void main() {
     uint vertex = gl_GlobalInvocationID.x;
     int at = int(vertex * 3u);
-    bool there = vertex < draw.counts.x;
+    bool there = vertex < draw.vertices;
     uvec4 tissue = there ? imageLoad(vertices, at + 2) : uvec4(0u);
     uint index = tissue.w;
     Part part = part_at(parts, index);
@@ -57,7 +57,7 @@ void main() {
         uvec4 shape = imageLoad(vertices, at + 1);
         vec2 side = clip.xy;
         float ahead = clip.w;
-        vec3 p = view.forward.xyz * ahead + view.right.xyz * (side.x * view.right.w) - view.up.xyz * (side.y * view.up.w);
+        vec3 p = view.forward * ahead + view.right * (side.x * view.tangent_x) - view.up * (side.y * view.tangent_y);
         vec3 n = vec3(unpackSnorm2x16(shape.x), unpackSnorm2x16(shape.y).x);
         float facing = -dot(n, p);
         bool both = veil || (mesh_at(meshes, instance.mesh).flags & MESH_TWO_SIDED) != 0u;

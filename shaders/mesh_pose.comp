@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One invocation an instance: its joints between two steps against their places at rest, whether it is seen,
 // and at which levels of detail.
 
@@ -21,7 +22,7 @@ layout(set = 0, binding = 8, rgba32ui) writeonly uniform uimageBuffer parts;
 // Three texels a joint. Linear: rows of a matrix. Dual: rotation, dual part, scale.
 layout(set = 0, binding = 9, rgba32ui) writeonly uniform uimageBuffer palette;
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform MeshPosePush {
     uint count;
     uint use_lod;
     float error;   // a coarser level is chosen where it errs by less than this [px]; negative: never
@@ -41,11 +42,11 @@ void put_part(uint index, Part part) {
 
 /// Whether a sphere is surely outside of the picture.
 bool culled(vec3 center, float radius) {
-    vec3 c = vec3(dot(center, view.right.xyz), dot(center, view.up.xyz), dot(center, view.forward.xyz));
-    vec2 tangent = vec2(view.right.w, view.up.w);
+    vec3 c = vec3(dot(center, view.right), dot(center, view.up), dot(center, view.forward));
+    vec2 tangent = vec2(view.tangent_x, view.tangent_y);
     vec2 side = sqrt(1.0 + tangent * tangent) * radius;
-    return c.z < -radius + view.forward.w || abs(c.x) > c.z * tangent.x + side.x
-        || abs(c.y) > c.z * tangent.y + side.y || c.z - radius > view.viewport.w;
+    return c.z < -radius + view.near || abs(c.x) > c.z * tangent.x + side.x
+        || abs(c.y) > c.z * tangent.y + side.y || c.z - radius > view.far;
 }
 
 void main() {
@@ -54,7 +55,7 @@ void main() {
     Instance instance = instance_at(instances, push.first_instance, index);
     Mesh mesh = mesh_at(meshes, instance.mesh);
     Object object = object_at(objects, push.first_object, instance.object);
-    vec3 base = mix(object.previous.xyz, object.current.xyz, instance.blend);
+    vec3 base = mix(object.previous, object.current, instance.blend);
     bool anew = (instance.flags & DRAWN_ANEW) != 0u;
     bool rigid = (instance.flags & RIGID) != 0u;
     bool dual = (mesh.flags & MESH_DUAL) != 0u;
@@ -70,16 +71,18 @@ void main() {
         vec4 other = dot(a.rotation, b.rotation) < 0.0 ? -b.rotation : b.rotation;
         vec4 q = mix(a.rotation, other, instance.blend);
         q *= inversesqrt(max(dot(q, q), 1e-20));
-        vec4 place = mix(a.place, b.place, instance.blend);
+        vec3 place = mix(a.translation, b.translation, instance.blend);
+        float size = mix(a.scale, b.scale, instance.blend);
 
         Rest rest = rest_at(rests, mesh.first_rest + (rigid ? 0u : j));
         vec4 rest_turn = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.rotation;
-        vec4 rest_place = rigid ? vec4(0.0, 0.0, 0.0, 1.0) : rest.place;
+        vec3 rest_place = rigid ? vec3(0.0) : rest.translation;
+        float rest_size = rigid ? 1.0 : rest.scale;
         vec4 turn = after(q, vec4(-rest_turn.xyz, rest_turn.w));
-        float scale = place.w / rest_place.w * instance.scale;
-        vec3 shift = place.xyz - scale * turned(turn, rest_place.xyz);
-        float reach = (rigid ? mesh.bounds.w : rest.reach.x) * scale;
-        vec3 middle = rigid ? scale * turned(turn, mesh.bounds.xyz) + shift : place.xyz;
+        float scale = size / rest_size * instance.scale;
+        vec3 shift = place - scale * turned(turn, rest_place);
+        float reach = (rigid ? mesh.radius : rest.reach) * scale;
+        vec3 middle = rigid ? scale * turned(turn, mesh.center) + shift : place;
         low = min(low, middle - reach);
         high = max(high, middle + reach);
         stretch = max(stretch, scale);
@@ -94,8 +97,8 @@ void main() {
         put(at + 2u, dual ? vec4(scale, 0.0, 0.0, 0.0) : vec4(x.z, y.z, z.z, shift.z));
     }
     // A box around the joints' spheres; what is blended as dual quaternions may bulge a little.
-    vec3 middle = anew ? instance.bounds.xyz : 0.5 * (low + high);
-    float radius = anew ? instance.bounds.w : 0.5 * length(high - low) * (dual ? 1.1 : 1.0);
+    vec3 middle = anew ? instance.center : 0.5 * (low + high);
+    float radius = anew ? instance.radius : 0.5 * length(high - low) * (dual ? 1.1 : 1.0);
     vec3 center = base + middle;
 
     Part part;
@@ -109,8 +112,8 @@ void main() {
     bool outside = culled(center, radius);
     bool seen = instance.fade < 1.0 && (uint(outside) & push.use_lod) == 0u;
 
-    float nearest = max(dot(center, view.forward.xyz) - radius, view.forward.w);
-    float pixels = view.viewport.z / nearest;
+    float nearest = max(dot(center, view.forward) - radius, view.near);
+    float pixels = view.pixels_per_metre / nearest;
     uint chosen = 0u;
     for (uint l = 1u; l < mesh.level_count; l++) {
         bool fits = level_at(levels, mesh.first_level + l).error * stretch * pixels <= push.error;

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // One workgroup: where each part's vertices and indices begin (an exclusive prefix sum in the parts' order,
 // so that every run packs them the same way), and a draw for each bin.
 
@@ -13,11 +14,11 @@ layout(local_size_x = THREADS) in;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer instances;
 layout(set = 0, binding = 1) uniform usamplerBuffer levels;
-layout(set = 0, binding = 2, std430) buffer Parts { Part parts[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Draw { MeshDraws draw; };
-layout(set = 0, binding = 4, std430) writeonly buffer Order { uint order[]; }; // parts that are drawn
+layout(set = 0, binding = 2, scalar) buffer Parts { Part parts[]; };
+layout(set = 0, binding = 3, scalar) writeonly buffer Drawn { MeshDraws draw; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Order { uint order[]; }; // parts that are drawn
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform MeshScanPush {
     uint part_count;
     uint vertex_limit;
     uint index_limit;
@@ -126,12 +127,15 @@ void main() {
         }
         for (uint b = 0u; b < BINS; b++) {
             uint end = min(plus(first[b], totals.indices[b]), push.index_limit);
-            draw.commands[2u * b] = uvec4(end - min(first[b], end), 1u, first[b], 0u);
-            draw.commands[2u * b + 1u] = uvec4(0u);
+            draw.commands[b] = IndexedDraw(end - min(first[b], end), 1u, first[b], 0, 0u);
         }
         uint groups = (drawn + GROUP_PARTS - 1u) / GROUP_PARTS;
-        draw.groups = uvec4(min(groups, push.groups_x), (groups + push.groups_x - 1u) / push.groups_x, 1u, drawn);
-        draw.light_groups = uvec4((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u, 0u);
-        draw.counts = uvec4(vertices, sum / 3u, drawn - left, left);
+        draw.groups = Groups(min(groups, push.groups_x), (groups + push.groups_x - 1u) / push.groups_x, 1u);
+        draw.light_groups = Groups((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u);
+        draw.parts = drawn;
+        draw.vertices = vertices;
+        draw.triangles = sum / 3u;
+        draw.drawn = drawn - left;
+        draw.left_out = left;
     }
 }

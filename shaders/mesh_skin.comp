@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // Some invocations a part: its vertices in clip space, moved by joints or made anew.
 
 #include "view.glsl"
@@ -9,13 +10,11 @@
 
 layout(local_size_x = PART_THREADS * GROUP_PARTS) in;
 
-/// A vertex that is made anew: five words.
+/// A vertex that is made anew: reef_draw_vertex.
 struct DrawVertex {
-    float x;
-    float y;
-    float z;
+    vec3 position; // [m]
     uint normal;
-    float thickness;
+    float thickness; // [m]
 };
 
 layout(set = 0, binding = 1) uniform usamplerBuffer instances;
@@ -24,14 +23,14 @@ layout(set = 0, binding = 3) uniform usamplerBuffer levels;
 layout(set = 0, binding = 4) uniform usamplerBuffer rest_vertices;
 layout(set = 0, binding = 5) uniform usamplerBuffer bones;
 layout(set = 0, binding = 6) uniform usamplerBuffer palette;
-layout(set = 0, binding = 7, std430) readonly buffer Previous { DrawVertex previous_vertices[]; };
-layout(set = 0, binding = 8, std430) readonly buffer Current { DrawVertex current_vertices[]; };
+layout(set = 0, binding = 7, scalar) readonly buffer Previous { DrawVertex previous_vertices[]; };
+layout(set = 0, binding = 8, scalar) readonly buffer Current { DrawVertex current_vertices[]; };
 layout(set = 0, binding = 9) uniform usamplerBuffer parts;
-layout(set = 0, binding = 10, std430) readonly buffer Order { uint order[]; };
-layout(set = 0, binding = 11, std430) readonly buffer Draw { MeshDraws draw; };
+layout(set = 0, binding = 10, scalar) readonly buffer Order { uint order[]; };
+layout(set = 0, binding = 11, scalar) readonly buffer Drawn { MeshDraws draw; };
 layout(set = 0, binding = 12, rgba32ui) writeonly uniform uimageBuffer vertices; // three texels each
 
-layout(push_constant) uniform Push {
+layout(push_constant, scalar) uniform MeshSkinPush {
     uint groups_x;
     uint first_instance; // texels
 } push;
@@ -44,7 +43,7 @@ struct Moved {
 };
 
 Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVertex rest) {
-    vec3 v = vec3(rest.x, rest.y, rest.z);
+    vec3 v = rest.position;
     vec3 n = unpacked_normal(rest.normal);
     bool dual = (mesh.flags & MESH_DUAL) != 0u;
     bool rigid = (instance.flags & RIGID) != 0u;
@@ -91,7 +90,7 @@ Moved made_anew(Instance instance, uint vertex) {
     DrawVertex a = b;
     if (instance.blend < 1.0) a = previous_vertices[instance.previous + vertex];
     Moved m;
-    m.p = mix(vec3(a.x, a.y, a.z), vec3(b.x, b.y, b.z), instance.blend);
+    m.p = mix(a.position, b.position, instance.blend);
     m.n = mix(unpacked_normal(a.normal), unpacked_normal(b.normal), instance.blend);
     m.thickness = mix(a.thickness, b.thickness, instance.blend);
     return m;
@@ -100,7 +99,7 @@ Moved made_anew(Instance instance, uint vertex) {
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * push.groups_x;
     uint number = group * GROUP_PARTS + gl_LocalInvocationID.x / PART_THREADS;
-    if (number >= draw.groups.w) return;
+    if (number >= draw.parts) return;
     uint index = order[number];
     Part part = part_at(parts, index);
     Instance instance = instance_at(instances, push.first_instance, index >> 1);
@@ -120,7 +119,7 @@ void main() {
         vec2 uv = unpackHalf2x16(rest.uv);
         int at = int((part.first_vertex + i) * 3u);
         uvec4 shape = uvec4(packSnorm2x16(n.xy), packSnorm2x16(vec2(n.z, 0.0)),
-            packHalf2x16(vec2(rest.x, rest.y)), packHalf2x16(vec2(rest.z, uv.x)));
+            packHalf2x16(rest.position.xy), packHalf2x16(vec2(rest.position.z, uv.x)));
         uvec2 tissue = uvec2(packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0))), packHalf2x16(vec2(rest.glow, 0.0)));
         imageStore(vertices, at, floatBitsToUint(clip));
         imageStore(vertices, at + 1, shape);

@@ -20,9 +20,9 @@ layout(location = 4) flat in uint part;
 
 layout(location = 0) out vec4 color;
 
-layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Instances { Instance instances[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Parts { Part parts[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Instances { Instance instances[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer Parts { Part parts[]; };
 #ifdef TEXTURED
 #define TEXTURES 4
 #include "textures.glsl"
@@ -53,12 +53,12 @@ void main() {
     s.color = vec4(root_color.rgb * root_color.rgb, root_color.a);
     s.texture_color = vec4(0.0);
 #ifdef TEXTURED
-    vec4 found = texel_of(m.texels, vec2(s.uv.x, 1.0 - s.uv.y), spread);
+    vec4 found = texel_of(m.texture, vec2(s.uv.x, 1.0 - s.uv.y), spread);
     // Without a texture there is nothing to cut: the dot lies at handle 0.
-    bool cut = m.texels != 0u && (instance.flags & CUT_OUT) != 0u;
+    bool cut = m.texture != 0u && (instance.flags & CUT_OUT) != 0u;
     if (cut && found.a < 0.5) discard;
     found = cut ? vec4(found.rgb / max(found.a, 1e-3), 1.0) : found;
-    s.texture_color = m.texels == 0u ? s.texture_color : found;
+    s.texture_color = m.texture == 0u ? s.texture_color : found;
 #endif
     vec3 light = mesh_light(m, instance, s, p);
     float alpha = LET_THROUGH != 0u ? veil_alpha(m, s, facing, p) : 1.0;

@@ -4,7 +4,8 @@
 
 struct Joint {
     vec4 rotation;
-    vec4 place; // w: scale
+    vec3 translation; // [m]
+    float scale;
 };
 
 uvec4 texel_at(usamplerBuffer texels, uint at) {
@@ -21,34 +22,38 @@ uint word_at(usamplerBuffer texels, uint word) {
 }
 
 Joint joint_at(usamplerBuffer joints, uint index) {
-    return Joint(floats_at(joints, 2u * index), floats_at(joints, 2u * index + 1u));
+    vec4 place = floats_at(joints, 2u * index + 1u);
+    return Joint(floats_at(joints, 2u * index), place.xyz, place.w);
 }
 
 Rest rest_at(usamplerBuffer rests, uint index) {
-    return Rest(floats_at(rests, 3u * index), floats_at(rests, 3u * index + 1u), floats_at(rests, 3u * index + 2u));
+    vec4 place = floats_at(rests, 3u * index + 1u);
+    float reach = floats_at(rests, 3u * index + 2u).x;
+    return Rest(floats_at(rests, 3u * index), place.xyz, place.w, reach, uvec3(0u));
 }
 
 Object object_at(usamplerBuffer objects, uint first, uint index) {
-    return Object(floats_at(objects, first + 2u * index), floats_at(objects, first + 2u * index + 1u));
+    vec3 previous = floats_at(objects, first + 2u * index).xyz;
+    return Object(previous, 0u, floats_at(objects, first + 2u * index + 1u).xyz, 0u);
 }
 
 Mesh mesh_at(usamplerBuffer meshes, uint index) {
     uvec4 a = texel_at(meshes, 3u * index);
     uvec4 b = texel_at(meshes, 3u * index + 1u);
-    return Mesh(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, floats_at(meshes, 3u * index + 2u));
+    vec4 bounds = floats_at(meshes, 3u * index + 2u);
+    return Mesh(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, bounds.xyz, bounds.w);
 }
 
 Level level_at(usamplerBuffer levels, uint index) {
     uvec4 a = texel_at(levels, 2u * index);
     uvec4 b = texel_at(levels, 2u * index + 1u);
-    return Level(a.x, a.y, a.z, a.w, uintBitsToFloat(b.x), b.y, b.z, b.w);
+    return Level(a.x, a.y, a.z, a.w, uintBitsToFloat(b.x), b.y, b.zw);
 }
 
 RestVertex rest_vertex_at(usamplerBuffer vertices, uint index) {
     uvec4 a = texel_at(vertices, 2u * index);
     uvec4 b = texel_at(vertices, 2u * index + 1u);
-    vec3 place = uintBitsToFloat(a.xyz);
-    return RestVertex(place.x, place.y, place.z, a.w, b.x, uintBitsToFloat(b.y), uintBitsToFloat(b.z), b.w);
+    return RestVertex(uintBitsToFloat(a.xyz), a.w, b.x, uintBitsToFloat(b.y), uintBitsToFloat(b.z), b.w);
 }
 
 Instance instance_at(usamplerBuffer instances, uint first, uint index) {
@@ -58,8 +63,9 @@ Instance instance_at(usamplerBuffer instances, uint first, uint index) {
     vec4 c = floats_at(instances, at + 2u);
     uvec4 d = texel_at(instances, at + 3u);
     vec2 value_fade = uintBitsToFloat(d.xy);
+    vec4 bounds = floats_at(instances, at + 4u);
     return Instance(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, value_fade.x, value_fade.y, d.z, d.w,
-        floats_at(instances, at + 4u));
+        bounds.xyz, bounds.w);
 }
 
 Part part_at(usamplerBuffer parts, uint index) {

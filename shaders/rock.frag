@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // Rock with coralline crusts where it is shaded, turf on top, sand where it meets the ground.
 
 #include "view.glsl"
@@ -20,7 +21,7 @@ layout(location = 0) out vec4 color;
 
 void main() {
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
-    vec3 x = p + view.eye.xyz;
+    vec3 x = p + view.eye;
     vec3 n = normalize(normal_buried.xyz);
     float distance = length(p);
 

@@ -10,7 +10,7 @@ const vec3 TURF = vec3(0.156, 0.195, 0.042);
 vec3 boulder(vec3 n, vec4 t, float detail, float above, out float open) {
     float up = n.y * 0.5 + 0.5;
     vec3 albedo = ROCK * (0.75 + 0.9 * t.r) * (0.8 + 0.4 * detail);
-    float shaded = 1.0 - clamp(dot(n, view.sun.xyz) * 1.3 + 0.35, 0.0, 1.0);
+    float shaded = 1.0 - clamp(dot(n, view.sun) * 1.3 + 0.35, 0.0, 1.0);
     float crust = smoothstep(0.52, 0.60, t.a * 0.7 + detail * 0.22 + shaded * 0.40 - 0.12);
     albedo = mix(albedo, CORALLINE * (0.55 + 0.7 * t.r) * (0.75 + 0.5 * detail), crust * 0.85);
     float turf = smoothstep(0.66, 0.92, up) * smoothstep(0.40, 0.60, t.r * 0.55 + detail * 0.5);

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // A boulder at low quality: two noises, each laid over it at a slant, so that no face of it has only streaks.
 
 #include "view.glsl"
@@ -23,7 +24,7 @@ layout(location = 0) out vec4 color;
 
 void main() {
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
-    vec3 x = p + view.eye.xyz;
+    vec3 x = p + view.eye;
     vec3 n = normalize(normal_buried.xyz);
     vec4 t = texture(noise, (x.xz + x.y * vec2(-0.6, 0.7)) * 1.3);
     vec4 fine = texture(noise, (x.xz + x.y * vec2(0.7, -0.6)) * 4.7);

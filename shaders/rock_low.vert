@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // A boulder at low quality: water and caustics' strength at the vertices.
 
 #include "view.glsl"
@@ -19,12 +20,12 @@ layout(location = 3) out vec3 out_added;
 layout(location = 4) out vec2 out_entry;
 layout(location = 5) out float out_sunlit;
 
-layout(push_constant) uniform Push {
-    vec4 origin; // in eye space
+layout(push_constant, scalar) uniform RockPush {
+    vec3 origin; // in eye space
 } push;
 
 void main() {
-    vec3 p = position + push.origin.xyz;
+    vec3 p = position + push.origin;
     Haze haze = haze_at(p);
     out_normal_buried = normal_buried;
     out_sunlit = sunlit;

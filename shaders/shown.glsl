@@ -13,7 +13,7 @@ vec3 srgb_by_roots(vec3 c) {
 
 /// What the display shows of scene light.
 vec3 shown(vec3 light) {
-    light = max(light * view.downwelling.w, 0.0);
+    light = max(light * view.exposure, 0.0);
     vec3 toned = neutral_tone(light);
     return srgb_by_roots(mix(toned, min(light, 1.0), in_diagram()));
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // A sprite's texture (linear light times coverage), lit, behind its fog, soft where something stands close
 // behind it.
 
@@ -27,7 +28,7 @@ void main() {
     vec4 small = texture(textures_64, vec3(uv, float(handle & 0xffffu)));
     vec4 texel = larger_texel(handle, uv, spread, small);
     // Reversed depth: the near plane's distance over the distance.
-    float behind = view.forward.w / max(texelFetch(depths, ivec2(gl_FragCoord.xy), 0).r, 1e-7);
+    float behind = view.near / max(texelFetch(depths, ivec2(gl_FragCoord.xy), 0).r, 1e-7);
     float soft = clamp((behind - 1.0 / gl_FragCoord.w) * handle_soft.y, 0.0, 1.0);
     color = veil(vec4(light * texel.rgb + fog.rgb * texel.a, fog.a * texel.a)) * soft;
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // The sea bed.
 
 #include "view.glsl"
@@ -19,6 +20,6 @@ layout(location = 0) out vec4 color;
 void main() {
     vec3 p = pixel_ray(gl_FragCoord.xy) * (1.0 / gl_FragCoord.w);
     Sand sand = sand_at(p.xz + view.eye.xz, slope, length(p));
-    vec2 open = texture(contact, (p.xz - view.contact_origin.xy) * view.terrain_size.zw).rg;
+    vec2 open = texture(contact, (p.xz - view.contact_origin) * view.contact_scale).rg;
     color = written(through_water(lit_ground(sand.albedo, sand.normal, p, open), p), 1.0, gl_FragCoord.xy);
 }

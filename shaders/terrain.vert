@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // The sea bed.
 
 #include "view.glsl"
-#define QUADS 8
+#define QUADS TILE_QUADS_HIGH
 #include "tile.glsl"
 
 layout(location = 0) out vec2 out_slope;

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // The sea bed at low quality.
 
 #include "view.glsl"
@@ -26,6 +27,6 @@ void main() {
     vec2 gradient = slope + (texel.gb - 0.5) * 2.56;
     vec3 normal = vec3(-gradient.x, 1.0, -gradient.y) * inversesqrt(1.0 + dot(gradient, gradient));
     vec3 albedo = mix(SAND_DARK, SAND_LIGHT, texel.r) * (texel.a * 1.15);
-    vec2 open = texture(contact, (p.xz - view.contact_origin.xy) * view.terrain_size.zw).rg;
+    vec2 open = texture(contact, (p.xz - view.contact_origin) * view.contact_scale).rg;
     color = written(seen_ground(albedo, normal, open, caustics, entry, Haze(through, added)), 1.0, gl_FragCoord.xy);
 }

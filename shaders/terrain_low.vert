@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // The sea bed at low quality: water and caustics' strength at the vertices.
 
 #include "view.glsl"
-#define QUADS 4
+#define QUADS TILE_QUADS_LOW
 #include "tile.glsl"
 #include "water.glsl"
 #include "caustics.glsl"

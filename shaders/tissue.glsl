@@ -7,7 +7,7 @@ struct Material {
     vec4 tip;
     vec4 accent;
     uint pattern;
-    uint texels;        // handle of its texture; 0: none
+    uint texture;       // its handle; 0: none
     float pattern_scale;
     float pattern_softness;
     float translucency;
@@ -16,8 +16,7 @@ struct Material {
     float glow;
     float roughness;
     float specular;     // reflectance at normal incidence
-    vec2 spare;
-    vec4 rest[2];
+    float spare[10];
 };
 
 /// A place on a fibre's surface.
@@ -40,7 +39,7 @@ layout(constant_id = 1) const uint PATTERNS = 30u;
 float pattern_share(Material m, float along, vec2 circle, vec3 place, float phase, uint seed) {
     float soft = max(m.pattern_softness, 0.04);
     float share = m.accent.a;
-    if ((PATTERNS & 2u) != 0u && m.pattern == 1u) {
+    if ((PATTERNS & 1u << REEF_PATTERN_SPOTS) != 0u && m.pattern == REEF_PATTERN_SPOTS) {
         // Round spots: one per cell, jittered.
         vec3 p = place * m.pattern_scale + phase;
         vec3 cell = floor(p);
@@ -54,17 +53,17 @@ float pattern_share(Material m, float along, vec2 circle, vec3 place, float phas
         float size = 0.62 * sqrt(share);
         return 1.0 - smoothstep(size * (1.0 - soft), size * (1.0 + soft), nearest);
     }
-    if ((PATTERNS & 4u) != 0u && m.pattern == 2u) {
+    if ((PATTERNS & 1u << REEF_PATTERN_BANDS) != 0u && m.pattern == REEF_PATTERN_BANDS) {
         float x = fract(along * m.pattern_scale + 0.35 * float(seed & 255u) / 255.0 * 0.3 + phase);
         float d = abs(x - 0.5) * 2.0;
         return smoothstep(1.0 - share - soft * 0.5, 1.0 - share + soft * 0.5, d);
     }
-    if ((PATTERNS & 8u) != 0u && m.pattern == 3u) {
+    if ((PATTERNS & 1u << REEF_PATTERN_STRIPES) != 0u && m.pattern == REEF_PATTERN_STRIPES) {
         float x = fract(atan(circle.y, circle.x) * 0.15915494 * m.pattern_scale + 0.5 + phase);
         float d = abs(x - 0.5) * 2.0;
         return 1.0 - smoothstep(share - soft * 0.5, share + soft * 0.5, d);
     }
-    if ((PATTERNS & 16u) != 0u && m.pattern == 4u) {
+    if ((PATTERNS & 1u << REEF_PATTERN_BLOTCHES) != 0u && m.pattern == REEF_PATTERN_BLOTCHES) {
         vec3 p = place * m.pattern_scale + phase;
         float n = 0.65 * value_noise(p, seed) + 0.35 * value_noise(p * 2.3, seed ^ 0x77u);
         float at = mix(0.72, 0.28, share);
@@ -80,13 +79,13 @@ vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float ope
     vec3 to_eye = normalize(-p);
     float depth = depth_of(p);
     vec3 sea = sea_light_at(depth);
-    vec3 light = view.sun.xyz;
+    vec3 light = view.sun;
     float wrap = m.wrap;
     float facing = dot(normal, light);
     float lambert = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0);
     float caustic = 1.0;
-    if (HIGH != 0u && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.viewport.z), clamp(facing * 2.0, 0.0, 1.0));
-    vec3 sun = view.sun_color.rgb * sea;
+    if (HIGH != 0u && facing > 0.0) caustic = mix(1.0, caustic_gain(p, depth, length(p) / view.pixels_per_metre), clamp(facing * 2.0, 0.0, 1.0));
+    vec3 sun = view.sun_color * sea;
     vec3 ground = vec3(0.62, 0.52, 0.38);
 
     // What shines through is not thrown back.
@@ -106,23 +105,23 @@ vec3 lit_tissue(Material m, vec3 albedo, vec3 normal, float tissue_cm, float ope
     float share = 10.0 * toward / (1.0 + 2.0 * toward) + 0.1;
     // What falls on the back of a sheet is spread on its way.
     if (sheet) share = 0.5 * share + clamp((wrap - facing) / (1.0 + wrap), 0.0, 1.0);
-    vec3 through = sun * share + view.ambient.rgb * sea * (3.0 * upward * upward);
+    vec3 through = sun * share + view.ambient * sea * (3.0 * upward * upward);
     result += tint * through * (thin * open);
 
     // A rim of the water that is behind it.
-    vec3 water = view.scattered.rgb * sea * from_above(sight) * toward_sun(sight);
-    result += water * (rim * (1.0 - view.beam.w) * m.rim * open);
+    vec3 water = view.scattered * sea * from_above(sight) * toward_sun(sight);
+    result += water * (rim * (1.0 - view.diagram) * m.rim * open);
     result += albedo * glow;
     return result;
 }
 
-/// Light that leaves the point `p` in eye space toward the eye. `flags`: REEF_FIBRE_*.
+/// Light that leaves the point `p` in eye space toward the eye. `flags`: FLAG_CAP, FLAG_BLADE.
 vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     bool foot = (flags & FLAG_CAP) != 0u;
     // Colour.
     float tip = smoothstep(m.tip.a, 1.0, s.along);
     vec3 albedo = mix(m.base.rgb, m.tip.rgb, tip);
-    if (m.pattern != 0u) {
+    if (m.pattern != REEF_PATTERN_NONE) {
         vec3 place = vec3(s.circle * (s.radius_cm * 0.01), s.along * s.chain);
         float share = pattern_share(m, s.along, s.circle, place, 0.0, variation);
         if (foot) share *= 1.0 - smoothstep(0.0, 0.1, s.disc);
@@ -144,7 +143,7 @@ vec3 tissue_light(Material m, uint flags, uint variation, Surface s, vec3 p) {
     }
 
     // A diagram has no sea: it is lit evenly, so that every part can be read.
-    open = mix(open, 1.0, 0.7 * view.beam.w);
+    open = mix(open, 1.0, 0.7 * view.diagram);
     float rim = s.grazing * s.grazing;
     rim *= foot ? rim : 1.3;
     return lit_tissue(m, albedo, s.normal, s.tissue_cm, open, rim, m.glow * tip, false, p);

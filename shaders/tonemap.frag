@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 // Scene light to display values, with dither before the rounding to 8 bits.
 
 #include "tone.glsl"
@@ -11,7 +12,7 @@ layout(constant_id = 2) const uint ENCODE = 1u; // 1: the target stores what it 
 layout(constant_id = 3) const int SAMPLES = 1;  // along each side of a pixel
 layout(constant_id = 4) const uint CURVE = 1u;  // 0: a diagram, whose colours are shown as they are; 2: what is shown already
 
-layout(push_constant) uniform Push { float exposure; } push;
+layout(push_constant, scalar) uniform TonePush { float exposure; } push;
 
 void main() {
     // The curve comes before the mean: an edge between dark and dazzling stays smooth.

@@ -116,7 +116,7 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
         }
     }
     let counts = studio.renderer().fibres().counts()?;
-    let vertices = counts.vertices + counts.solid[0] + counts.thin[0];
+    let vertices = counts.vertices + counts.solid.vertices + counts.thin.vertices;
     report.figure(format!("{count}, vertices"), f64::from(vertices) / 1e3, "k");
     for (name, times) in passes {
         report.figure(format!("{count}, pass {name}"), median(times), "ms on the device");

@@ -19,9 +19,9 @@ pub enum Access {
     ComputeRead,
     /// Storage or texel buffer, or storage image, written in a compute shader.
     ComputeWrite,
-    /// Sampled image in a vertex shader.
+    /// Sampled image, or texels of a buffer, in a vertex shader.
     VertexSampled,
-    /// Sampled image in a fragment shader.
+    /// Sampled image, or texels of a buffer, in a fragment shader.
     FragmentSampled,
     /// Sampled image, or texels of a buffer, in a compute shader.
     ComputeSampled,
@@ -120,12 +120,7 @@ impl Access {
     pub fn suits_buffers(self) -> bool {
         !matches!(
             self,
-            Access::VertexSampled
-                | Access::FragmentSampled
-                | Access::ColorAttachment
-                | Access::DepthAttachment
-                | Access::DepthAttachmentRead
-                | Access::Present
+            Access::ColorAttachment | Access::DepthAttachment | Access::DepthAttachmentRead | Access::Present
         )
     }
 }

@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::{
+    access::Access,
     buffer::Buffer,
     context::Shared,
     data::{Data, Resource, is_buffer, is_texels},
@@ -10,6 +11,8 @@ use super::{
     frames::Frame,
     image::Image,
     pipelines::{Built, Pipeline},
+    record::Record,
+    reflect::Binding,
     ring::Upload,
 };
 
@@ -17,13 +20,29 @@ use super::{
 pub struct Cmd<'p, 'f> {
     frame: &'p mut Frame<'f>,
     pass: &'p str,
-    declared: &'p [u64],
+    declared: &'p [(u64, Access)],
+    sets: &'p [Bound<'p>],
     bound: Option<Built>,
 }
 
+/// A pipeline with what a pass binds to it.
+pub(crate) struct Bound<'r> {
+    /// Its identity.
+    pub(crate) pipeline: u64,
+    /// As it was when the pass was declared.
+    pub(crate) built: Built,
+    /// By binding number in set 0.
+    pub(crate) resources: Vec<(u32, Resource<'r>)>,
+}
+
 impl<'p, 'f> Cmd<'p, 'f> {
-    pub(crate) fn new(frame: &'p mut Frame<'f>, pass: &'p str, declared: &'p [u64]) -> Self {
-        Self { frame, pass, declared, bound: None }
+    pub(crate) fn new(
+        frame: &'p mut Frame<'f>,
+        pass: &'p str,
+        declared: &'p [(u64, Access)],
+        sets: &'p [Bound<'p>],
+    ) -> Self {
+        Self { frame, pass, declared, sets, bound: None }
     }
 
     /// The command buffer, for what this module does not wrap.
@@ -41,32 +60,38 @@ impl<'p, 'f> Cmd<'p, 'f> {
         self.frame.upload(data)
     }
 
-    /// Binds a pipeline; the first time (or after its shaders changed) it is made.
+    /// Binds a pipeline, with all that the pass declared for it; the first time (or after its shaders changed)
+    /// it is made. One whose shaders bind nothing need not be declared.
     pub fn pipeline(&mut self, pipeline: &Pipeline) -> Result<()> {
-        let built = pipeline.get()?;
+        let declared = self.sets.iter().find(|bound| bound.pipeline == pipeline.id());
+        let built = match declared {
+            Some(bound) => bound.built.clone(),
+            None => pipeline.get()?,
+        };
+        if declared.is_none() && !built.interface.bindings.is_empty() {
+            return Err(
+                self.refuse(format!("it uses `{}` without declaring what that binds", pipeline.name()))
+            );
+        }
         // SAFETY: the command buffer is being recorded, here and in all functions below; the pipeline
         // outlives the frame because dropping it is deferred.
         unsafe { self.device().cmd_bind_pipeline(self.raw(), built.bind_point, built.pipeline) };
+        if let Some(bound) = declared {
+            self.bind(&built, &bound.resources)?;
+        }
         self.bound = Some(built);
         Ok(())
     }
 
-    /// Binds everything that the bound pipeline's shaders use, by binding number in set 0.
-    pub fn bind(&mut self, resources: &[(u32, Resource<'_>)]) -> Result<()> {
-        let built =
-            self.bound.clone().ok_or_else(|| self.refuse("it binds resources before a pipeline".into()))?;
-        for binding in built.interface.bindings.keys() {
-            if !resources.iter().any(|(given, _)| given == binding) {
-                return Err(self.refuse(format!("binding {binding} is not given")));
-            }
-        }
+    /// Binds what the shaders of a pipeline have, by binding number in set 0.
+    fn bind(&self, built: &Built, resources: &[(u32, Resource<'_>)]) -> Result<()> {
         let mut buffers = Vec::with_capacity(resources.len());
         let mut images = Vec::with_capacity(resources.len());
         let mut texels = Vec::new();
         let mut kinds = Vec::with_capacity(resources.len());
         for (binding, resource) in resources {
             // What the shaders do not use is let pass: one that is being edited may use less than usual.
-            let Some(&(kind, _)) = built.interface.bindings.get(binding) else { continue };
+            let Some(&Binding { kind, .. }) = built.interface.bindings.get(binding) else { continue };
             let fits = match resource {
                 Resource::Buffer(_) => is_buffer(kind) || is_texels(kind),
                 Resource::Texture(..) => kind == vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
@@ -77,7 +102,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
             }
             match resource {
                 Resource::Buffer(data) if is_texels(kind) => {
-                    self.place(*data)?;
+                    data.check().map_err(|reason| self.refuse(reason))?;
                     if data.texels() == vk::BufferView::null() {
                         let most = self.shared().info.limits.max_texel_buffer_elements;
                         return Err(self.refuse(format!(
@@ -87,11 +112,11 @@ impl<'p, 'f> Cmd<'p, 'f> {
                     texels.push([data.texels()]);
                 }
                 Resource::Buffer(data) => {
-                    let (buffer, offset, range) = self.place(*data)?;
+                    data.check().map_err(|reason| self.refuse(reason))?;
+                    let (buffer, offset, range) = data.place();
                     buffers.push([vk::DescriptorBufferInfo { buffer, offset, range }]);
                 }
                 Resource::Texture(image, sampler) => {
-                    self.must_declare(image.id(), image.name())?;
                     let image_layout = if image.is_depth() {
                         vk::ImageLayout::DEPTH_READ_ONLY_OPTIMAL
                     } else {
@@ -104,7 +129,6 @@ impl<'p, 'f> Cmd<'p, 'f> {
                     }]);
                 }
                 Resource::Storage(image) => {
-                    self.must_declare(image.id(), image.name())?;
                     images.push([vk::DescriptorImageInfo {
                         sampler: vk::Sampler::null(),
                         image_view: image.view(),
@@ -143,11 +167,15 @@ impl<'p, 'f> Cmd<'p, 'f> {
     }
 
     /// Sets the bound pipeline's push constants.
-    pub fn push<T: bytemuck::NoUninit>(&mut self, constants: &T) -> Result<()> {
+    pub fn push<T: Record>(&mut self, constants: &T) -> Result<()> {
         let built =
             self.bound.clone().ok_or_else(|| self.refuse("it sets constants before a pipeline".into()))?;
         let bytes = bytemuck::bytes_of(constants);
         let size = built.interface.push_size as usize;
+        if size > 0 && built.interface.push_name != T::NAME {
+            let wanted = &built.interface.push_name;
+            return Err(self.refuse(format!("it pushes {}: the shader reads {wanted}", T::NAME)));
+        }
         if bytes.len() < size {
             return Err(self.refuse(format!("{} bytes of constants: the shader reads {size}", bytes.len())));
         }
@@ -168,7 +196,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Binds vertex attributes to the pipeline's buffer of this number.
     pub fn vertices<'a>(&mut self, number: u32, data: impl Into<Data<'a>>) -> Result<()> {
-        let (buffer, offset, _) = self.place(data.into())?;
+        let (buffer, offset, _) = self.place(data.into(), Access::AttributeRead)?;
         // SAFETY: as above.
         unsafe { self.device().cmd_bind_vertex_buffers(self.raw(), number, &[buffer], &[offset]) };
         Ok(())
@@ -176,7 +204,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Binds indices.
     pub fn indices<'a>(&mut self, data: impl Into<Data<'a>>, kind: vk::IndexType) -> Result<()> {
-        let (buffer, offset, _) = self.place(data.into())?;
+        let (buffer, offset, _) = self.place(data.into(), Access::IndexRead)?;
         // SAFETY: as above.
         unsafe { self.device().cmd_bind_index_buffer(self.raw(), buffer, offset, kind) };
         Ok(())
@@ -311,8 +339,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Copies bytes into a buffer.
     pub fn copy<'a>(&mut self, from: impl Into<Data<'a>>, to: &Buffer, to_offset: u64) -> Result<()> {
-        let (src, src_offset, size) = self.place(from.into())?;
-        let (dst, dst_offset, _) = self.place(Data::Part(to, to_offset, size))?;
+        let (src, src_offset, size) = self.place(from.into(), Access::TransferSrc)?;
+        let (dst, dst_offset, _) = self.place(Data::Part(to, to_offset, size), Access::TransferDst)?;
         let region = vk::BufferCopy { src_offset, dst_offset, size };
         // SAFETY: as above.
         unsafe { self.device().cmd_copy_buffer(self.raw(), src, dst, &[region]) };
@@ -321,7 +349,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Fills bytes (a multiple of 4, at a multiple of 4) of a buffer with a word.
     pub fn fill<'a>(&mut self, to: impl Into<Data<'a>>, word: u32) -> Result<()> {
-        let (buffer, offset, size) = self.place(to.into())?;
+        let (buffer, offset, size) = self.place(to.into(), Access::TransferDst)?;
         if offset % 4 != 0 || size % 4 != 0 {
             return Err(self.refuse(format!("{size} bytes at {offset} are not whole words")));
         }
@@ -332,8 +360,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Copies one level of one layer of an image into a buffer, rows packed.
     pub fn copy_image_to_buffer(&mut self, from: &Image, to: &Buffer) -> Result<()> {
-        self.must_declare(from.id(), from.name())?;
-        self.must_declare(to.id(), to.name())?;
+        self.must_declare(from.id(), from.name(), Access::TransferSrc)?;
+        self.must_declare(to.id(), to.name(), Access::TransferDst)?;
         let region = whole_picture(from);
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         // SAFETY: as above.
@@ -345,8 +373,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Copies packed rows into the first level and layer of an image.
     pub fn copy_buffer_to_image<'a>(&mut self, from: impl Into<Data<'a>>, to: &Image) -> Result<()> {
-        self.must_declare(to.id(), to.name())?;
-        let (buffer, offset, _) = self.place(from.into())?;
+        self.must_declare(to.id(), to.name(), Access::TransferDst)?;
+        let (buffer, offset, _) = self.place(from.into(), Access::TransferSrc)?;
         let mut region = whole_picture(to);
         region.buffer_offset = offset;
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
@@ -357,8 +385,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
 
     /// Copies the first level of an image into another, converting format and size.
     pub fn blit(&mut self, from: &Image, to: &Image, filter: vk::Filter) -> Result<()> {
-        self.must_declare(from.id(), from.name())?;
-        self.must_declare(to.id(), to.name())?;
+        self.must_declare(from.id(), from.name(), Access::TransferSrc)?;
+        self.must_declare(to.id(), to.name(), Access::TransferDst)?;
         let whole = |image: &Image| {
             let (width, height) = image.size();
             [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }]
@@ -385,7 +413,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
     }
 
     fn arguments(&self, data: Data<'_>, count: u32, stride: u32) -> Result<(vk::Buffer, u64)> {
-        let (buffer, offset, size) = self.place(data)?;
+        let (buffer, offset, size) = self.place(data, Access::IndirectRead)?;
         if u64::from(count) * u64::from(stride) > size {
             return Err(
                 self.refuse(format!("{count} arguments of {stride} bytes do not lie in {size} bytes"))
@@ -394,19 +422,19 @@ impl<'p, 'f> Cmd<'p, 'f> {
         Ok((buffer, offset))
     }
 
-    fn place(&self, data: Data<'_>) -> Result<(vk::Buffer, u64, u64)> {
+    fn place(&self, data: Data<'_>, access: Access) -> Result<(vk::Buffer, u64, u64)> {
         data.check().map_err(|reason| self.refuse(reason))?;
         if let Some((id, name)) = data.declared() {
-            self.must_declare(id, name)?;
+            self.must_declare(id, name, access)?;
         }
         Ok(data.place())
     }
 
-    fn must_declare(&self, id: u64, name: &str) -> Result<()> {
-        if self.declared.contains(&id) {
+    fn must_declare(&self, id: u64, name: &str, access: Access) -> Result<()> {
+        if self.declared.contains(&(id, access)) {
             return Ok(());
         }
-        Err(self.refuse(format!("it uses `{name}` without declaring it")))
+        Err(self.refuse(format!("it uses `{name}` without declaring {access:?}")))
     }
 
     fn refuse(&self, reason: String) -> GpuError {

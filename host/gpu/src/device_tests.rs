@@ -77,11 +77,8 @@ fn a_buffer_without_texels_is_refused_where_a_shader_reads_them() {
     let pipeline = Pipeline::compute(&gpu, "mesh_index.comp", &[]);
     let plain = storage(&gpu, "plain", &[0; 64]);
     let mut frame = frames.begin().expect("a frame");
-    let refused = frame.pass("texels").read(&plain, Access::ComputeSampled).run(|cmd| {
-        cmd.pipeline(&pipeline)?;
-        let all: Vec<_> = (1..9).map(|binding| (binding, Resource::from(&plain))).collect();
-        cmd.bind(&all)
-    });
+    let all: Vec<_> = (1..9).map(|binding| (binding, Resource::from(&plain))).collect();
+    let refused = frame.pass("texels").bind(&pipeline, &all).run(|cmd| cmd.pipeline(&pipeline));
     let error = refused.expect_err("it has none").to_string();
     assert!(error.contains("binding 1 is a buffer without texels"), "{error}");
     drop((frame, plain, pipeline));
@@ -135,15 +132,23 @@ fn a_pass_that_uses_what_it_did_not_declare_is_refused() {
     let b = storage(&gpu, "forgotten", &[1]);
     let scale = Pipeline::compute(&gpu, "selftest_scale.comp", &[]);
     let mut frame = frames.begin().expect("a frame");
-    let error = frame
-        .pass("careless")
-        .read(&a, Access::ComputeRead)
-        .run(|cmd| {
+    let mut refused = |pass: &str, resources: &[(u32, Resource<'_>)], access: Access| {
+        let pass = frame.pass(pass).read(&a, access);
+        let pass = if resources.is_empty() { pass } else { pass.bind(&scale, resources) };
+        let used = pass.run(|cmd| {
             cmd.pipeline(&scale)?;
-            cmd.bind(&[(0, (&a).into()), (1, (&b).into())])
-        })
-        .expect_err("refused");
-    assert!(error.to_string().contains("forgotten"), "{error}");
+            cmd.copy(&a, &b, 0)
+        });
+        used.expect_err("refused").to_string()
+    };
+    let both = [(0, Resource::from(&a)), (1, Resource::from(&b))];
+    // No bindings, half of them, a copy that nobody declared: of what is declared in another way, and not at all.
+    assert!(refused("none", &[], Access::TransferSrc).contains("selftest_scale"));
+    assert!(refused("half", &both[..1], Access::TransferSrc).contains("binding 1"));
+    let error = refused("other", &both, Access::ComputeRead);
+    assert!(error.contains("`declared`") && error.contains("TransferSrc"), "{error}");
+    let error = refused("target", &both, Access::TransferSrc);
+    assert!(error.contains("`forgotten`") && error.contains("TransferDst"), "{error}");
     drop(frame);
     drop((a, b, scale, frames));
     assert_eq!(close(gpu), []);
@@ -243,12 +248,10 @@ fn a_replaced_shader_is_drawn_with_from_the_next_frame_on_and_a_broken_one_is_no
     let [a, b] = [&[7u32], &[0]].map(|words| storage(&gpu, "one word", words));
     frame
         .pass("with the old one")
-        .read(&a, Access::ComputeRead)
-        .write(&b, Access::ComputeWrite)
+        .bind(&pipeline, &[(0, (&a).into()), (1, (&b).into())])
         .run(|cmd| {
             cmd.pipeline(&pipeline)?;
-            cmd.bind(&[(0, (&a).into()), (1, (&b).into())])?;
-            cmd.push(&[1u32, 10, 1])?;
+            cmd.push(&self_test::ScalePush { count: 1, factor: 10, offset: 1 })?;
             cmd.dispatch_over(1)
         })
         .expect("a pass");

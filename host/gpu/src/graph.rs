@@ -1,17 +1,17 @@
-//! Passes: each says what it reads and writes, and what has to happen before it follows from that.
+//! Passes: each says what it binds, reads and writes, and what has to happen before it follows from that. How
+//! a pass touches what it binds is read from its shaders: it is said nowhere else.
 //!
 //! ```ignore
 //! frame.pass("skin")
-//!     .read(&nodes, Access::ComputeRead)
-//!     .write(&vertices, Access::ComputeWrite)
+//!     .bind(&skin, &[(0, (&nodes).into()), (1, (&vertices).into())])
 //!     .run(|cmd| {
 //!         cmd.pipeline(&skin)?;
-//!         cmd.bind(&[(0, (&nodes).into()), (1, (&vertices).into())])?;
 //!         cmd.push(&constants)?;
 //!         cmd.dispatch_over(count)
 //!     })?;
 //! frame.pass("draw")
-//!     .read(&vertices, Access::VertexRead)
+//!     .bind(&draw, &[(0, (&lights).into())])
+//!     .read(&vertices, Access::AttributeRead)
 //!     .color(&picture, Load::Clear([0.0; 4]))
 //!     .depth(&depth, DepthLoad::Clear(0.0))
 //!     .run(|cmd| { … })?;
@@ -27,11 +27,13 @@ use super::{
     access::{Access, Use},
     barriers::{Barrier, merge},
     buffer::Buffer,
-    commands::Cmd,
+    commands::{Bound, Cmd},
+    data::{Data, Resource},
     error::{GpuError, Result},
     fault::Fault,
     frames::Frame,
     image::Image,
+    pipelines::Pipeline,
 };
 
 /// What is in a colour attachment when the pass begins.
@@ -104,11 +106,12 @@ pub struct Pass<'p, 'f, 'r> {
     frame: &'p mut Frame<'f>,
     name: &'p str,
     touched: Vec<(Touched<'r>, Access)>,
+    bound: Vec<Bound<'r>>,
     /// Images whose content before the pass is not wanted.
     discarded: Vec<u64>,
     color: Vec<ColorAttachment<'r>>,
     depth: Option<(&'r Image, DepthLoad)>,
-    refused: Option<String>,
+    refused: Option<GpuError>,
 }
 
 impl<'f> Frame<'f> {
@@ -118,6 +121,7 @@ impl<'f> Frame<'f> {
             frame: self,
             name,
             touched: Vec::new(),
+            bound: Vec::new(),
             discarded: Vec::new(),
             color: Vec::new(),
             depth: None,
@@ -133,6 +137,36 @@ impl<'f> Frame<'f> {
 }
 
 impl<'p, 'f, 'r> Pass<'p, 'f, 'r> {
+    /// The pass may use this pipeline, with these resources by their binding numbers in set 0: all that its
+    /// shaders have. Whether these are read or written there follows from the shaders.
+    pub fn bind(mut self, pipeline: &Pipeline, resources: &[(u32, Resource<'r>)]) -> Self {
+        let built = match pipeline.get() {
+            Ok(built) => built,
+            Err(error) => {
+                self.refused.get_or_insert(error);
+                return self;
+            }
+        };
+        for (number, binding) in &built.interface.bindings {
+            let Some((_, resource)) = resources.iter().find(|(given, _)| given == number) else {
+                self.refuse(format!("binding {number} of `{}` is not given", pipeline.name()));
+                continue;
+            };
+            let resource = match *resource {
+                Resource::Buffer(Data::Whole(buffer) | Data::Part(buffer, ..)) => Touched::Buffer(buffer),
+                Resource::Texture(image, _) | Resource::Storage(image) => Touched::Image(image),
+                // The program wrote it before the frame began.
+                Resource::Buffer(Data::Upload(_)) => continue,
+            };
+            match binding.accesses() {
+                Ok(accesses) => accesses.into_iter().for_each(|access| self.touch(resource, access)),
+                Err(reason) => self.refuse(format!("`{}`: {reason}", pipeline.name())),
+            }
+        }
+        self.bound.push(Bound { pipeline: pipeline.id(), built, resources: resources.to_vec() });
+        self
+    }
+
     /// The pass reads this resource.
     pub fn read(mut self, resource: impl Into<Touched<'r>>, access: Access) -> Self {
         let resource = resource.into();
@@ -191,9 +225,9 @@ impl<'p, 'f, 'r> Pass<'p, 'f, 'r> {
     /// Records the pass: barriers first, then, between timestamps and within the attachments if there are
     /// any, what `record` says.
     pub fn run(self, record: impl FnOnce(&mut Cmd<'_, 'f>) -> Result<()>) -> Result<()> {
-        let Pass { frame, name, touched, discarded, color, depth, refused } = self;
-        if let Some(reason) = refused {
-            return Err(GpuError::Pass { pass: name.to_owned(), reason });
+        let Pass { frame, name, touched, bound, discarded, color, depth, refused } = self;
+        if let Some(error) = refused {
+            return Err(error);
         }
         let shared = frame.shared.clone();
         let commands = frame.commands;
@@ -201,12 +235,12 @@ impl<'p, 'f, 'r> Pass<'p, 'f, 'r> {
         shared.begin_label(commands, &label);
         let query = frame.timestamps().begin(commands, name);
         frame.note_pass(name);
-        let declared: Vec<u64> = touched.iter().map(|(resource, _)| resource.id()).collect();
+        let declared: Vec<_> = touched.iter().map(|(resource, access)| (resource.id(), *access)).collect();
         record_barriers(frame, name, &touched, &discarded)?;
 
         let rendering = !color.is_empty() || depth.is_some();
         let area = if rendering { begin_rendering(frame, name, &color, depth)? } else { None };
-        let mut cmd = Cmd::new(frame, name, &declared);
+        let mut cmd = Cmd::new(frame, name, &declared, &bound);
         if let Some(area) = area {
             cmd.viewport(area);
         }
@@ -240,7 +274,8 @@ impl<'p, 'f, 'r> Pass<'p, 'f, 'r> {
     }
 
     fn refuse(&mut self, reason: String) {
-        self.refused.get_or_insert(reason);
+        let pass = self.name;
+        self.refused.get_or_insert_with(|| GpuError::Pass { pass: pass.to_owned(), reason });
     }
 }
 

@@ -35,6 +35,7 @@ mod offscreen;
 pub mod packages;
 mod pipeline_cache;
 mod pipelines;
+mod record;
 mod reflect;
 #[cfg(feature = "shaderc")]
 mod reload;
@@ -72,6 +73,7 @@ pub use instance::{Layer, Surface, Validation};
 pub use machine::{Machine, inspect_machine};
 pub use offscreen::{Picture, Readback};
 pub use pipelines::{Blend, DepthDesc, GraphicsDesc, Pipeline, VertexDesc};
+pub use record::{Layout, Member, Record, ShaderRecord, shader_records, size_of_member};
 #[cfg(feature = "shaderc")]
 pub use reload::ShaderWatch;
 pub use ring::Upload;

@@ -195,6 +195,11 @@ impl Pipeline {
         &self.name
     }
 
+    /// A number that no other resource of the context has.
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
     /// Compiles it now, if it is not yet: so that the first frame does not have to.
     pub fn prepare(&self) -> Result<()> {
         self.get().map(drop)
@@ -289,11 +294,11 @@ impl Pipeline {
         let bindings: Vec<_> = interface
             .bindings
             .iter()
-            .map(|(&binding, &(kind, count))| {
+            .map(|(&number, binding)| {
                 vk::DescriptorSetLayoutBinding::default()
-                    .binding(binding)
-                    .descriptor_type(kind)
-                    .descriptor_count(count)
+                    .binding(number)
+                    .descriptor_type(binding.kind)
+                    .descriptor_count(binding.count)
                     .stage_flags(interface.stages)
             })
             .collect();

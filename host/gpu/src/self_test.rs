@@ -4,8 +4,8 @@
 use ash::vk;
 
 use super::{
-    Access, Blend, Frames, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Picture, Pipeline, Resource,
-    Result, SamplerDesc, Signals,
+    Blend, Frames, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Picture, Pipeline, Resource, Result,
+    SamplerDesc, Signals,
 };
 
 /// Numbers that are computed.
@@ -39,6 +39,32 @@ pub fn run(gpu: &Gpu) -> Result<()> {
     Ok(())
 }
 
+crate::record! {
+    /// Constants of `selftest_scale.comp`.
+    pub struct ScalePush = "ScalePush" {
+        /// Elements.
+        pub count: u32,
+        /// By which each is multiplied.
+        pub factor: u32,
+        /// What is added.
+        pub offset: u32,
+    }
+}
+
+impl ScalePush {
+    fn new(factor: u32, offset: u32) -> Self {
+        Self { count: COUNT, factor, offset }
+    }
+}
+
+crate::record! {
+    /// Constants of `selftest_color.frag`.
+    pub struct ColorPush = "ColorPush" {
+        /// Red, green, blue, alpha.
+        pub wanted: [f32; 4],
+    }
+}
+
 /// Two passes of which the second reads what the first wrote, for several frames: b = 3·a + 1, c = 5·b + 2.
 pub(super) fn compute(gpu: &Gpu, frames: &mut Frames) -> Result<Vec<u32>> {
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
@@ -49,11 +75,10 @@ pub(super) fn compute(gpu: &Gpu, frames: &mut Frames) -> Result<Vec<u32>> {
     for _ in 0..5 {
         let mut frame = frames.begin()?;
         for (name, from, to, constants) in
-            [("first", &a, &b, [COUNT, 3, 1]), ("second", &b, &c, [COUNT, 5, 2])]
+            [("first", &a, &b, ScalePush::new(3, 1)), ("second", &b, &c, ScalePush::new(5, 2))]
         {
-            frame.pass(name).read(from, Access::ComputeRead).write(to, Access::ComputeWrite).run(|cmd| {
+            frame.pass(name).bind(&scale, &[(0, from.into()), (1, to.into())]).run(|cmd| {
                 cmd.pipeline(&scale)?;
-                cmd.bind(&[(0, from.into()), (1, to.into())])?;
                 cmd.push(&constants)?;
                 cmd.dispatch_over(COUNT)
             })?;
@@ -84,17 +109,16 @@ pub(super) fn draw(gpu: &Gpu, frames: &mut Frames) -> Result<Picture> {
         let mut frame = frames.begin()?;
         frame.pass("half").color(&first, Load::Clear([0.0, 1.0, 0.2, 1.0])).run(|cmd| {
             cmd.pipeline(&half)?;
-            cmd.push(&[1.0f32, 0.0, 0.4, 1.0])?;
+            cmd.push(&ColorPush { wanted: [1.0, 0.0, 0.4, 1.0] })?;
             cmd.draw(0..6, 0..1);
             Ok(())
         })?;
         frame
             .pass("sample")
-            .read(&first, Access::FragmentSampled)
+            .bind(&sample, &[(0, Resource::Texture(&first, sampler))])
             .color(&second, Load::Clear([0.0, 0.0, 0.0, 1.0]))
             .run(|cmd| {
                 cmd.pipeline(&sample)?;
-                cmd.bind(&[(0, Resource::Texture(&first, sampler))])?;
                 cmd.draw(0..6, 0..1);
                 Ok(())
             })?;

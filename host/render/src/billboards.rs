@@ -5,7 +5,6 @@
 //! `sprite.vert` and `sprite.frag` the others; both light a sprite once a vertex, by what reaches its depth.
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use reef_gpu::{
     Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Resource, Result,
     SamplerDesc, Upload,
@@ -28,10 +27,12 @@ const SPECK: f32 = 5.0;
 /// The indices of so many quads are made at first.
 const QUADS: usize = 1024;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    least: f32,
+reef_gpu::record! {
+    /// Constants of `sprite.vert` and `speck.vert`.
+    pub(crate) struct SpritePush = "SpritePush" {
+        /// Diameter below which a sprite is drawn wider and fainter [px].
+        least: f32,
+    }
 }
 
 /// The pass that draws sprites.
@@ -108,21 +109,20 @@ impl Billboards {
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;
-        let (Some(textures), false) = (layers.images(), self.seen.draws.is_empty()) else {
+        if self.seen.draws.is_empty() {
             return Ok(());
-        };
+        }
         let sprites = frame.upload(&self.seen.sprites)?;
+        let own = [(0, view.into()), (1, sprites.into())];
         let mut quads = layers.bindings(3, Edges::Hold);
-        quads.extend([(0, view.into()), (1, sprites.into())]);
+        quads.extend(own);
         quads.push((2, Resource::Texture(targets.depth, self.sampler)));
         let mut pass = frame
             .pass("sprites")
-            .read(targets.depth, Access::FragmentSampled)
+            .bind(self.specks.get(quality), &own)
+            .bind(self.quads.get(quality), &quads)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly);
-        for texture in textures {
-            pass = pass.read(texture, Access::FragmentSampled);
-        }
         if let Some((_, indices)) = &self.indices {
             pass = pass.read(indices, Access::IndexRead);
         }
@@ -130,17 +130,12 @@ impl Billboards {
             let mut bound = None;
             for (kind, range) in &self.seen.draws {
                 if bound.replace(*kind) != Some(*kind) {
-                    match kind {
-                        Kind::Speck => {
-                            cmd.pipeline(self.specks.get(quality))?;
-                            cmd.bind(&[(0, view.into()), (1, sprites.into())])?;
-                        }
-                        Kind::Quad => {
-                            cmd.pipeline(self.quads.get(quality))?;
-                            cmd.bind(&quads)?;
-                        }
-                    }
-                    cmd.push(&Push { least })?;
+                    let pipeline = match kind {
+                        Kind::Speck => &self.specks,
+                        Kind::Quad => &self.quads,
+                    };
+                    cmd.pipeline(pipeline.get(quality))?;
+                    cmd.push(&SpritePush { least })?;
                 }
                 match (kind, &self.indices) {
                     (Kind::Speck, _) => cmd.draw(range.clone(), 0..1),

@@ -15,7 +15,7 @@ use reef_streams::{
 
 use super::{
     Quality, Settings, Shot,
-    fibres::{STRIP_WORDS, VERTEX_WORDS},
+    fibre_records::{STRIP_WORDS, VERTEX_WORDS},
     gather, lod,
     markers::Markers,
     sample,
@@ -130,8 +130,11 @@ fn the_gpus_vertices_are_those_of_the_twin() {
         let gathered = gather::gather(&previous, &current, alpha, &lens, 0);
         // Indices of ribbons come after all others.
         let (mut vertex, mut drawn) = (0, 0);
-        let (mut index, mut flat) = (0, counts.flat[2] as usize);
-        assert_eq!((flat, indices.len() - flat), (counts.indices as usize, counts.flat[0] as usize));
+        let (mut index, mut flat) = (0, counts.flat_tubes.first_index as usize);
+        assert_eq!(
+            (flat, indices.len() - flat),
+            (counts.tubes.indices as usize, counts.flat_tubes.indices as usize)
+        );
         for i in 0..gathered.fibres.len() {
             let Some(expected) = twin::skin(&gathered, i, &lens, detail.as_ref()) else { continue };
             let (v, n) = (expected.vertices.len(), expected.indices.len());
@@ -150,7 +153,7 @@ fn the_gpus_vertices_are_those_of_the_twin() {
         }
         assert_eq!(
             (vertex, index, flat, drawn),
-            (vertices.len(), counts.indices as usize, indices.len(), counts.drawn),
+            (vertices.len(), counts.tubes.indices as usize, indices.len(), counts.drawn),
             "nothing else is drawn"
         );
         assert_eq!(counts.left_out, 0);
@@ -195,7 +198,7 @@ fn the_gpus_ribbons_are_those_of_the_twin_solid_ones_before_thin_ones() {
     let of = |thin: bool| strips.iter().flatten().filter(move |s| s.thin == thin);
     let expected: Vec<(Vec4, f32)> = of(false).chain(of(true)).flat_map(|s| s.vertices.clone()).collect();
     let solid = of(false).map(|s| s.vertices.len()).sum::<usize>();
-    assert_eq!((counts.solid[0] as usize, counts.thin[2] as usize), (solid, solid));
+    assert_eq!((counts.solid.vertices as usize, counts.thin.first_vertex as usize), (solid, solid));
     assert!(of(false).count() > 20 && of(true).count() > 20, "the scene has both kinds");
     assert_eq!(seen.len(), expected.len());
     for (i, (v, (clip, coverage))) in seen.iter().zip(&expected).enumerate() {

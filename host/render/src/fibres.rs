@@ -17,14 +17,19 @@
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
+use std::mem::offset_of;
+
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use reef_gpu::{
     Access, Blend, Buffer, BufferDesc, Data, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Memory,
     Pipeline, Result, Upload, VertexDesc,
 };
 
 use super::{
+    fibre_records::{
+        Draw, DrawCounts, FibreScanPush, FibreSkinPush, GpuChoice, GpuRing, Groups, IndexedDraw, RibbonPush,
+        RingsPush, STRIP, STRIP_WORDS, StripVertex, TUBE, TubeVertex, VERTEX_WORDS,
+    },
     formats::DEPTH,
     gather::Gathered,
     layers::{Edges, Layers},
@@ -34,10 +39,6 @@ use super::{
     variant::{Variant, Variants},
 };
 
-/// Words of a tube's vertex, as in `fibre_skin.comp`.
-pub const VERTEX_WORDS: usize = 12;
-/// Words of a lit ribbon's vertex, as in `fibre_ribbon.comp`.
-pub const STRIP_WORDS: usize = 6;
 /// Vertices of a lit ribbon at most.
 const STRIP_VERTICES: u64 = 2 * RINGS as u64 + 2;
 /// Vertices of one picture at most: their buffer has to stay below 128 MiB, the least that Vulkan promises.
@@ -48,64 +49,6 @@ const MOST_STRIP_VERTICES: u64 = 5_000_000;
 const MOST_INDICES: u64 = 24_000_000;
 /// Work groups along x; the rest goes along y.
 const GROUPS_X: u32 = 32_768;
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct RingsPush {
-    fibre_count: u32,
-    use_lod: u32,
-    ring_step: f32,
-    side_error: f32,
-    lit_ribbon: f32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct ScanPush {
-    fibre_count: u32,
-    vertex_limit: u32,
-    index_limit: u32,
-    groups_x: u32,
-}
-
-/// What the scan wrote, `Draws` of `shaders/fibre.glsl`: the draws, and counts for people.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct DrawCounts {
-    /// Indices of the tubes that are no ribbons.
-    pub indices: u32,
-    /// 1.
-    pub instances: u32,
-    /// 0.
-    pub first_index: u32,
-    /// 0.
-    pub vertex_offset: i32,
-    /// 0.
-    pub first_instance: u32,
-    /// Vertices of the tubes.
-    pub vertices: u32,
-    /// Fibres that are drawn.
-    pub drawn: u32,
-    /// Fibres that did not fit into the buffers.
-    pub left_out: u32,
-    /// Vertices, 1, first vertex, 0 of the lit ribbons that hide what is behind them.
-    pub solid: [u32; 4],
-    /// The same of those that let it through.
-    pub thin: [u32; 4],
-    /// Work groups that skin the tubes, and how many tubes there are.
-    pub groups: [u32; 4],
-    /// Indices, 1, first index, 0 of the tubes that are ribbons, after those of all others.
-    pub flat: [u32; 4],
-    /// 0.
-    pub flat_instance: [u32; 4],
-}
-
-/// Where the draws of lit ribbons lie in [`DrawCounts`], and the tubes' work groups.
-const SOLID_DRAW: u64 = 32;
-const THIN_DRAW: u64 = 48;
-const TUBE_GROUPS: u64 = 64;
-/// Where the draw of the tubes that are ribbons lies.
-const FLAT_DRAW: u64 = 80;
 
 struct Buffers {
     fibres: u64,
@@ -122,7 +65,7 @@ struct Buffers {
 impl Buffers {
     /// Whether so many fibres could all be lit ribbons.
     fn strips_fit(&self, fibres: u32) -> bool {
-        u64::from(fibres) * STRIP_VERTICES * STRIP_WORDS as u64 * 4 <= self.strips.size()
+        u64::from(fibres) * STRIP_VERTICES * STRIP <= self.strips.size()
     }
 }
 
@@ -217,11 +160,9 @@ impl Fibres {
 
         frame
             .pass("fibres: cull, detail, rings")
-            .write(&b.choices, Access::ComputeWrite)
-            .write(&b.rings, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.rings)?;
-                cmd.bind(&[
+            .bind(
+                &self.rings,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
@@ -229,7 +170,10 @@ impl Fibres {
                     (4, current.into()),
                     (5, (&b.choices).into()),
                     (6, (&b.rings).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.rings)?;
                 cmd.push(&RingsPush {
                     fibre_count: count,
                     use_lod: u32::from(limits.is_some()),
@@ -241,16 +185,12 @@ impl Fibres {
             })?;
         frame
             .pass("fibres: offsets")
-            .read(&b.choices, Access::ComputeRead)
-            .write(&b.choices, Access::ComputeWrite)
-            .write(&b.draw, Access::ComputeWrite)
-            .write(&b.tubes, Access::ComputeWrite)
+            .bind(&self.scan, &[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])
             .run(|cmd| {
                 cmd.pipeline(&self.scan)?;
-                cmd.bind(&[(0, (&b.choices).into()), (1, (&b.draw).into()), (2, (&b.tubes).into())])?;
-                cmd.push(&ScanPush {
+                cmd.push(&FibreScanPush {
                     fibre_count: count,
-                    vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
+                    vertex_limit: (b.vertex.size() / TUBE) as u32,
                     index_limit: (b.index.size() / 4) as u32,
                     groups_x: GROUPS_X,
                 })?;
@@ -259,16 +199,10 @@ impl Fibres {
             })?;
         frame
             .pass("fibres: skin")
-            .read(&b.choices, Access::ComputeRead)
-            .read(&b.rings, Access::ComputeRead)
-            .read(&b.tubes, Access::ComputeRead)
-            .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
-            .write(&b.vertex, Access::ComputeWrite)
-            .write(&b.index, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.skin)?;
-                cmd.bind(&[
+            .bind(
+                &self.skin,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, (&b.choices).into()),
@@ -277,18 +211,19 @@ impl Fibres {
                     (5, (&b.index).into()),
                     (6, (&b.tubes).into()),
                     (7, (&b.draw).into()),
-                ])?;
-                cmd.push(&GROUPS_X)?;
-                cmd.dispatch_indirect(Data::Part(&b.draw, TUBE_GROUPS, 12))
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
+                cmd.push(&FibreSkinPush { groups_x: GROUPS_X })?;
+                cmd.dispatch_indirect(groups(b))
             })?;
         let (true, Some(materials)) = (self.lit, self.materials) else { return Ok(()) };
         frame
             .pass("fibres: ribbons")
-            .read(&b.choices, Access::ComputeRead)
-            .write(&b.strips, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.ribbon)?;
-                cmd.bind(&[
+            .bind(
+                &self.ribbon,
+                &[
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
@@ -297,8 +232,11 @@ impl Fibres {
                     (5, (&b.choices).into()),
                     (6, materials.into()),
                     (7, (&b.strips).into()),
-                ])?;
-                cmd.push(&count)?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.ribbon)?;
+                cmd.push(&RibbonPush { fibre_count: count })?;
                 cmd.dispatch_over(count)
             })
     }
@@ -315,7 +253,7 @@ impl Fibres {
             .run(|cmd| {
                 cmd.pipeline(&self.ribbons.solid)?;
                 cmd.vertices(0, &b.strips)?;
-                cmd.draw_indirect(Data::Part(&b.draw, SOLID_DRAW, 16), 1)
+                cmd.draw_indirect(strips(b, offset_of!(DrawCounts, solid)), 1)
             })
     }
 
@@ -332,14 +270,14 @@ impl Fibres {
         };
         let Some(draws) = self.draws.get() else { return Ok(()) };
         let mut bound = vec![(0, view.into()), (1, materials.into())];
-        let mut pass = frame.pass("fibres: draw");
         if self.draws.chosen().textures != 0 {
-            for texture in layers.images().into_iter().flatten() {
-                pass = pass.read(texture, Access::FragmentSampled);
-            }
             bound.extend(layers.bindings(2, Edges::Around));
         }
-        pass.read(&b.vertex, Access::AttributeRead)
+        frame
+            .pass("fibres: draw")
+            .bind(&draws.core, &bound)
+            .bind(&draws.fringe, &bound)
+            .read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
             .read(&b.strips, Access::AttributeRead)
             .read(&b.draw, Access::IndirectRead)
@@ -347,23 +285,21 @@ impl Fibres {
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
                 cmd.pipeline(&draws.core)?;
-                cmd.bind(&bound)?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, 0, 20), 1)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)?;
+                cmd.draw_indexed_indirect(tubes(b, offset_of!(DrawCounts, tubes)), 1)?;
+                cmd.draw_indexed_indirect(tubes(b, offset_of!(DrawCounts, flat_tubes)), 1)?;
                 if self.lit {
                     let [core, fringe] = &self.ribbons.thin;
                     cmd.vertices(0, &b.strips)?;
                     for pipeline in [core, fringe] {
                         cmd.pipeline(pipeline)?;
-                        cmd.draw_indirect(Data::Part(&b.draw, THIN_DRAW, 16), 1)?;
+                        cmd.draw_indirect(strips(b, offset_of!(DrawCounts, thin)), 1)?;
                     }
                     cmd.vertices(0, &b.vertex)?;
                 }
                 cmd.pipeline(&draws.fringe)?;
-                cmd.bind(&bound)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, FLAT_DRAW, 20), 1)
+                cmd.draw_indexed_indirect(tubes(b, offset_of!(DrawCounts, flat_tubes)), 1)
             })
     }
 
@@ -389,7 +325,13 @@ impl Fibres {
                 vertex
             })
             .collect();
-        Ok((vertices, words(self.gpu.read_buffer(&b.index)?, (counts.indices + counts.flat[0]) as usize)))
+        Ok((
+            vertices,
+            words(
+                self.gpu.read_buffer(&b.index)?,
+                (counts.tubes.indices + counts.flat_tubes.indices) as usize,
+            ),
+        ))
     }
 
     /// Vertices of the last picture's lit ribbons, the solid ones first. Waits for the device: for tests.
@@ -397,7 +339,8 @@ impl Fibres {
         let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(Vec::new()) };
         let counts = self.counts()?;
         let bytes = self.gpu.read_buffer(&b.strips)?;
-        let vertices = bytes.chunks_exact(STRIP_WORDS * 4).take((counts.solid[0] + counts.thin[0]) as usize);
+        let vertices =
+            bytes.chunks_exact(STRIP_WORDS * 4).take((counts.solid.vertices + counts.thin.vertices) as usize);
         Ok(vertices.map(bytemuck::pod_read_unaligned).collect())
     }
 
@@ -417,16 +360,20 @@ impl Fibres {
         self.buffers = Some(Buffers {
             fibres,
             vertices,
-            choices: buffer("fibre choices", fibres * 32, U::empty())?,
-            rings: buffer("fibre rings", fibres * u64::from(RINGS) * 64, U::empty())?,
-            vertex: buffer("fibre vertices", vertices * VERTEX_WORDS as u64 * 4, U::VERTEX_BUFFER)?,
+            choices: buffer("fibre choices", fibres * size_of::<GpuChoice>() as u64, U::empty())?,
+            rings: buffer(
+                "fibre rings",
+                fibres * u64::from(RINGS) * size_of::<GpuRing>() as u64,
+                U::empty(),
+            )?,
+            vertex: buffer("fibre vertices", vertices * TUBE, U::VERTEX_BUFFER)?,
             // Six indices a quad, one quad a vertex at most.
             index: buffer("fibre indices", (vertices * 6).min(MOST_INDICES) * 4, U::INDEX_BUFFER)?,
             draw: buffer("fibre draw", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
             tubes: buffer("tubes", fibres * 4, U::empty())?,
             strips: buffer(
                 "ribbon strips",
-                (fibres * STRIP_VERTICES).min(MOST_STRIP_VERTICES) * STRIP_WORDS as u64 * 4,
+                (fibres * STRIP_VERTICES).min(MOST_STRIP_VERTICES) * STRIP,
                 U::VERTEX_BUFFER,
             )?,
         });
@@ -434,18 +381,32 @@ impl Fibres {
     }
 }
 
+/// The work groups that skin the tubes.
+fn groups(b: &Buffers) -> Data<'_> {
+    Data::Part(&b.draw, offset_of!(DrawCounts, groups) as u64, size_of::<Groups>() as u64)
+}
+
+/// A draw of tubes.
+fn tubes(b: &Buffers, offset: usize) -> Data<'_> {
+    Data::Part(&b.draw, offset as u64, size_of::<IndexedDraw>() as u64)
+}
+
+/// A draw of lit ribbons.
+fn strips(b: &Buffers, offset: usize) -> Data<'_> {
+    Data::Part(&b.draw, offset as u64, size_of::<Draw>() as u64)
+}
+
 fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipeline {
     use vk::Format as F;
     let attributes = [
-        (0, F::R32G32B32A32_SFLOAT, 0),
-        (1, F::R16G16B16A16_SNORM, 16),
-        (2, F::R16G16_SNORM, 24),
-        (3, F::R16G16_SFLOAT, 28),
-        (4, F::R32G32B32_UINT, 32),
-        (5, F::R32_SFLOAT, 44),
+        (0, F::R32G32B32A32_SFLOAT, offset_of!(TubeVertex, clip) as u32),
+        (1, F::R16G16B16A16_SNORM, offset_of!(TubeVertex, normal_xy) as u32),
+        (2, F::R16G16_SNORM, offset_of!(TubeVertex, circle) as u32),
+        (3, F::R16G16_SFLOAT, offset_of!(TubeVertex, radius_half) as u32),
+        (4, F::R32G32B32_UINT, offset_of!(TubeVertex, material_flags) as u32),
+        (5, F::R32_SFLOAT, offset_of!(TubeVertex, edge) as u32),
     ];
-    let vertices =
-        [VertexDesc { stride: VERTEX_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let vertices = [VertexDesc { stride: TUBE as u32, per_instance: false, attributes: &attributes }];
     let draw = GraphicsDesc {
         cull: vk::CullModeFlags::BACK,
         vertices: &vertices,
@@ -469,9 +430,12 @@ fn draw_pipeline(gpu: &Gpu, name: &str, variant: Variant, fringe: bool) -> Pipel
 /// `part`: `PART` of `fibre_ribbon.frag`.
 fn ribbon_pipeline(gpu: &Gpu, name: &str, blend: Blend, part: u32) -> Pipeline {
     use vk::Format as F;
-    let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R8G8B8A8_SNORM, 20)];
-    let vertices =
-        [VertexDesc { stride: STRIP_WORDS as u32 * 4, per_instance: false, attributes: &attributes }];
+    let attributes = [
+        (0, F::R32G32B32A32_SFLOAT, offset_of!(StripVertex, clip) as u32),
+        (1, F::R8G8B8A8_UNORM, offset_of!(StripVertex, edge) as u32),
+        (2, F::R8G8B8A8_SNORM, offset_of!(StripVertex, bow) as u32),
+    ];
+    let vertices = [VertexDesc { stride: STRIP as u32, per_instance: false, attributes: &attributes }];
     let draw = GraphicsDesc {
         topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
         vertices: &vertices,

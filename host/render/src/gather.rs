@@ -1,6 +1,6 @@
 //! Two steps' streams, made ready for the GPU: fibres matched between the steps, origins relative to the eye.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_streams::{Outputs, frame::Frame};
@@ -12,58 +12,60 @@ pub const CAP: u32 = 2;
 /// As above: a flat blade.
 pub const BLADE: u32 = 4;
 
-/// `Fibre` of `shaders/fibre.glsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuFibre {
-    /// Index into the objects.
-    pub object: u32,
-    /// Its first node in the step before.
-    pub previous_node: u32,
-    /// Its first node in this step.
-    pub current_node: u32,
-    /// Node count, and [`CAP`] and [`BLADE`] in the high half.
-    pub nodes_flags: u32,
-    /// Index into the materials.
-    pub material: u32,
-    /// The contract's hash of differences between neighbours.
-    pub variation: u32,
-    /// Vertices of a ring at full detail; 2: a blade.
-    pub sides: u32,
-    /// Thickness over width of a blade.
-    pub flatness: f32,
-    /// Angle 0 of the first ring in this step.
-    pub normal: [f32; 3],
-    /// 0: the step before, 1: this step.
-    pub blend: f32,
-    /// Angle 0 of the first ring in the step before.
-    pub previous_normal: [f32; 3],
-    /// 1: round, without a cap, of one opaque tissue without a pattern.
-    pub plain: u32,
+reef_gpu::record! {
+    /// `Fibre` of `shaders/fibre.glsl`.
+    pub struct GpuFibre = "Fibre" {
+        /// Index into the objects.
+        pub object: u32,
+        /// Its first node in the step before.
+        pub previous_node: u32,
+        /// Its first node in this step.
+        pub current_node: u32,
+        /// Node count, and [`CAP`] and [`BLADE`] in the high half.
+        pub nodes_flags: u32,
+        /// Index into the materials.
+        pub material: u32,
+        /// The contract's hash of differences between neighbours.
+        pub variation: u32,
+        /// Vertices of a ring at full detail; 2: a blade.
+        pub sides: u32,
+        /// Thickness over width of a blade.
+        pub flatness: f32,
+        /// Angle 0 of the first ring in this step.
+        pub normal: [f32; 3],
+        /// 0: the step before, 1: this step.
+        pub blend: f32,
+        /// Angle 0 of the first ring in the step before.
+        pub previous_normal: [f32; 3],
+        /// 1: round, without a cap, of one opaque tissue without a pattern.
+        pub plain: u32,
+    }
 }
 
-/// `Object` of `shaders/fibre.glsl`: origins relative to the eye [m].
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuObject {
-    /// In the step before; w is spare.
-    pub previous: [f32; 4],
-    /// In this step; w is spare.
-    pub current: [f32; 4],
+reef_gpu::record! {
+    /// `Object` of `shaders/fibre.glsl`: origins relative to the eye [m].
+    pub struct GpuObject = "Object" {
+        /// In the step before.
+        pub previous: [f32; 3],
+        /// 0: an object is two texels.
+        pub previous_end: u32,
+        /// In this step.
+        pub current: [f32; 3],
+        /// 0.
+        pub current_end: u32,
+    }
 }
 
-/// `Line` of `shaders/line.vert`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuLine {
-    /// Relative to the eye [m].
-    pub from: [f32; 3],
-    /// sRGB 0xAABBGGRR.
-    pub color: u32,
-    /// Relative to the eye [m].
-    pub to: [f32; 3],
-    /// Zero.
-    pub spare: u32,
+reef_gpu::record! {
+    /// `Line` of `shaders/line.vert`.
+    pub struct GpuLine = "Line" {
+        /// Relative to the eye [m].
+        pub from: [f32; 3],
+        /// sRGB 0xAABBGGRR.
+        pub color: u32,
+        /// Relative to the eye [m].
+        pub to: [f32; 3],
+    }
 }
 
 /// Something that stands on the ground and keeps light from it.
@@ -147,12 +149,7 @@ pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channe
 
 fn gpu_line(line: &abi::DebugLine, lens: &Lens) -> GpuLine {
     let from = relative(line.from, lens);
-    GpuLine {
-        from: from.to_array(),
-        color: line.color,
-        to: (from + Vec3::from(line.delta)).to_array(),
-        spare: 0,
-    }
+    GpuLine { from: from.to_array(), color: line.color, to: (from + Vec3::from(line.delta)).to_array() }
 }
 
 fn relative(origin: [f64; 3], lens: &Lens) -> Vec3 {
@@ -184,8 +181,9 @@ fn gather_instance(
             None => current,
         };
         all.objects.push(GpuObject {
-            previous: previous.extend(0.0).to_array(),
-            current: current.extend(0.0).to_array(),
+            previous: previous.to_array(),
+            current: current.to_array(),
+            ..GpuObject::default()
         });
     }
     for (i, fibre) in now.fibres.iter().enumerate() {

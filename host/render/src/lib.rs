@@ -24,6 +24,7 @@ pub mod boulder;
 pub mod contact;
 #[cfg(test)]
 mod device_tests;
+pub mod fibre_records;
 #[cfg(test)]
 mod fibre_tests;
 pub mod fibres;
@@ -46,6 +47,7 @@ mod rocks;
 pub mod sample;
 mod sand;
 mod shafts;
+pub mod shared;
 mod sky;
 #[cfg(test)]
 mod sprite_tests;
@@ -331,7 +333,7 @@ impl Renderer {
         let Some((surface, caustics)) = &self.water else { return View::zeroed() };
         let mut view =
             view::view(lens, environment, (surface, caustics), time, settings.quality == Quality::High);
-        view.downwelling[3] = settings.exposure;
+        view.exposure = settings.exposure;
         self.terrain.describe(&mut view, lens);
         self.textures.describe(&mut view, lens);
         view

@@ -9,6 +9,14 @@ use super::{
 use ash::vk;
 use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload};
 
+reef_gpu::record! {
+    /// Constants of `line.vert` and `line.frag`.
+    pub(crate) struct LinePush = "LinePush" {
+        /// [px].
+        width: f32,
+    }
+}
+
 /// The pass that draws debug lines.
 pub struct Lines {
     pipeline: ByQuality,
@@ -49,10 +57,10 @@ impl Lines {
             .pass("debug lines")
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly)
+            .bind(self.pipeline.get(quality), &[(0, view.into()), (1, lines.into())])
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                cmd.bind(&[(0, view.into()), (1, lines.into())])?;
-                cmd.push(&width)?;
+                cmd.push(&LinePush { width })?;
                 cmd.draw(0..count * 6, 0..1);
                 Ok(())
             })

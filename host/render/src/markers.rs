@@ -7,7 +7,6 @@
 use std::f32::consts::TAU;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_gpu::{Blend, DepthDesc, DepthLoad, Frame as GpuFrame, Gpu, GraphicsDesc, Load, Result, Upload};
@@ -21,8 +20,10 @@ use super::{
     view::Lens,
 };
 
-/// SIDES · RINGS · 6 of `shaders/marker.vert`.
-const VERTICES: u32 = 28 * 14 * 6;
+/// Quads around a ball or an arrow, and along it.
+pub(crate) const BODY_SIDES: u32 = 28;
+pub(crate) const BODY_RINGS: u32 = 14;
+const VERTICES: u32 = BODY_SIDES * BODY_RINGS * 6;
 /// Sides of a ring.
 const SIDES: usize = 96;
 /// Least and greatest radius of a ball, as a share of its distance from the eye.
@@ -53,18 +54,18 @@ pub struct Markers {
     pub joints: bool,
 }
 
-/// `Marker` of `shaders/marker.vert`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuMarker {
-    /// A ball's middle or an arrow's tail relative to the eye [m].
-    pub from: [f32; 3],
-    /// Radius of the ball or of the arrow's shaft [m].
-    pub radius: f32,
-    /// From the arrow's tail to its point [m]; zero: a ball.
-    pub along: [f32; 3],
-    /// sRGB 0xAABBGGRR.
-    pub color: u32,
+reef_gpu::record! {
+    /// `Marker` of `shaders/marker.vert`.
+    pub struct GpuMarker = "Marker" {
+        /// A ball's middle or an arrow's tail relative to the eye [m].
+        pub from: [f32; 3],
+        /// Radius of the ball or of the arrow's shaft [m].
+        pub radius: f32,
+        /// From the arrow's tail to its point [m]; zero: a ball.
+        pub along: [f32; 3],
+        /// sRGB 0xAABBGGRR.
+        pub color: u32,
+    }
 }
 
 /// The markers of one picture.
@@ -201,7 +202,7 @@ impl Marked {
     }
 
     fn line(&mut self, from: Vec3, to: Vec3, color: u32) {
-        self.lines.push(GpuLine { from: from.to_array(), color, to: to.to_array(), spare: 0 });
+        self.lines.push(GpuLine { from: from.to_array(), color, to: to.to_array() });
     }
 }
 
@@ -245,14 +246,16 @@ impl Bodies {
         }
         let count = bodies.len() as u32;
         let bodies = frame.upload(bodies)?;
-        frame.pass("markers").color(targets.light, Load::Keep).depth(targets.depth, DepthLoad::Keep).run(
-            |cmd| {
+        frame
+            .pass("markers")
+            .color(targets.light, Load::Keep)
+            .depth(targets.depth, DepthLoad::Keep)
+            .bind(self.pipeline.get(quality), &[(0, view.into()), (1, bodies.into())])
+            .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                cmd.bind(&[(0, view.into()), (1, bodies.into())])?;
                 cmd.draw(0..VERTICES, 0..count);
                 Ok(())
-            },
-        )
+            })
     }
 }
 

@@ -1,7 +1,6 @@
 //! Rocks: one draw each, at the level of detail that its size in the picture asks for.
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_gpu::{
     Access, Blend, Buffer, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Result, Upload, VertexDesc,
@@ -25,10 +24,12 @@ fn from_px(quality: Quality) -> [f32; 4] {
     [120.0, 50.0, 18.0, 0.0].map(|px| px * scale)
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    origin: [f32; 4],
+reef_gpu::record! {
+    /// Constants of `rock.vert` and `rock_low.vert`.
+    pub(crate) struct RockPush = "RockPush" {
+        /// Relative to the eye [m].
+        origin: [f32; 3],
+    }
 }
 
 struct Meshes {
@@ -120,23 +121,22 @@ impl Rocks {
         if visible.is_empty() {
             return Ok(());
         }
+        let [noise, contact] = textures.bindings(&textures.noise);
+        let pipeline = self.pipeline.get(quality);
         frame
             .pass("rocks")
+            .bind(pipeline, &[(0, view.into()), noise, contact])
             .read(&self.indices, Access::IndexRead)
             .read(&meshes.vertices, Access::AttributeRead)
-            .read(&textures.noise, Access::FragmentSampled)
-            .read(&textures.contact, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(self.pipeline.get(quality))?;
-                let [noise, contact] = textures.bindings(&textures.noise);
-                cmd.bind(&[(0, view.into()), noise, contact])?;
+                cmd.pipeline(pipeline)?;
                 cmd.vertices(0, &meshes.vertices)?;
                 cmd.indices(&self.indices, vk::IndexType::UINT16)?;
                 for (index, level, origin) in visible {
                     let (first, count) = self.ranges[level];
-                    cmd.push(&Push { origin: origin.extend(0.0).to_array() })?;
+                    cmd.push(&RockPush { origin: origin.to_array() })?;
                     cmd.draw_indexed(first..first + count, self.first_vertex(index, level) as i32, 0..1);
                 }
                 Ok(())

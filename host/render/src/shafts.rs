@@ -3,11 +3,10 @@
 //! caustics, slowly.
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};
 use reef_gpu::{
-    Access, Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result,
-    SamplerDesc, Upload,
+    Blend, DepthDesc, DepthLoad, Frame, Gpu, GraphicsDesc, Load, Pipeline, Resource, Result, SamplerDesc,
+    Upload,
 };
 use reef_streams::environment::Environment;
 
@@ -26,16 +25,16 @@ const CELL: f64 = 2.1;
 /// The square's middle lies so far before the eye [m].
 const AHEAD: f64 = 3.4;
 
-/// `Shaft` of `shaders/shaft.vert`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuShaft {
-    /// x and z where it enters the water, relative to the eye [m].
-    pub place: [f32; 2],
-    /// Width [m].
-    pub width: f32,
-    /// How bright: fades where shafts come and go with the eye's cell.
-    pub strength: f32,
+reef_gpu::record! {
+    /// `Shaft` of `shaders/shaft.vert`.
+    pub struct GpuShaft = "Shaft" {
+        /// x and z where it enters the water, relative to the eye [m].
+        pub place: [f32; 2],
+        /// Width [m].
+        pub width: f32,
+        /// How bright: fades where shafts come and go with the eye's cell.
+        pub strength: f32,
+    }
 }
 
 /// The pass that draws shafts.
@@ -89,16 +88,14 @@ impl Shafts {
         let shafts = frame.upload(&shafts)?;
         frame
             .pass("shafts")
-            .read(targets.depth, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly)
+            .bind(
+                &self.pipeline,
+                &[(0, view.into()), (1, shafts.into()), (2, Resource::Texture(targets.depth, self.sampler))],
+            )
             .run(|cmd| {
                 cmd.pipeline(&self.pipeline)?;
-                cmd.bind(&[
-                    (0, view.into()),
-                    (1, shafts.into()),
-                    (2, Resource::Texture(targets.depth, self.sampler)),
-                ])?;
                 cmd.draw(0..count * 6, 0..1);
                 Ok(())
             })

@@ -41,9 +41,9 @@ impl Sky {
             .pass("background")
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::ReadOnly)
+            .bind(self.pipeline.get(quality), &[(0, view.into())])
             .run(|cmd| {
                 cmd.pipeline(self.pipeline.get(quality))?;
-                cmd.bind(&[(0, view.into())])?;
                 cmd.draw(0..3, 0..1);
                 Ok(())
             })

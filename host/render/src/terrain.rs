@@ -112,10 +112,8 @@ impl GroundTextures {
 
     /// Where the contact map lies.
     pub fn describe(&self, view: &mut View, lens: &Lens) {
-        view.terrain_size[2] = 1.0 / self.extent;
-        view.terrain_size[3] = 1.0 / self.extent;
-        view.contact_origin[0] = (self.origin.x - lens.eye.x) as f32;
-        view.contact_origin[1] = (self.origin.y - lens.eye.z) as f32;
+        view.contact_scale = [1.0 / self.extent; 2];
+        view.contact_origin = [(self.origin.x - lens.eye.x) as f32, (self.origin.y - lens.eye.z) as f32];
     }
 }
 
@@ -188,18 +186,16 @@ impl Terrain {
         let Some(Laid { bed, band, .. }) = &self.bed else { return };
         let near = tiles::nearest(bed, lens);
         let place = DVec2::from(bed.origin) + near * f64::from(bed.cell);
-        view.terrain_origin =
-            [(place.x - lens.eye.x) as f32, (place.y - lens.eye.z) as f32, bed.cell, -lens.eye.y as f32];
-        view.bed[1] = tiles::aloof(*band, lens.eye.y) as f32;
-        view.bed[2] = near.x as f32;
-        view.bed[3] = near.y as f32;
-        view.terrain_size[0] = bed.columns as f32;
-        view.terrain_size[1] = bed.rows as f32;
+        view.terrain_origin = [(place.x - lens.eye.x) as f32, (place.y - lens.eye.z) as f32];
+        view.terrain_cell = bed.cell;
+        view.terrain_zero = -lens.eye.y as f32;
+        view.aloof = tiles::aloof(*band, lens.eye.y) as f32;
+        view.nearest = near.as_vec2().to_array();
+        view.terrain_size = [bed.columns as f32, bed.rows as f32];
         let ripples = bed.ripples;
-        view.eye[3] = std::f32::consts::TAU / ripples.spacing.max(0.01);
-        view.plain[3] = ripples.height * 0.5;
-        view.contact_origin[2] = ripples.direction.sin();
-        view.contact_origin[3] = ripples.direction.cos();
+        view.ripple_number = std::f32::consts::TAU / ripples.spacing.max(0.01);
+        view.ripple_height = ripples.height * 0.5;
+        view.surge = [ripples.direction.sin(), ripples.direction.cos()];
     }
 
     /// The pass.
@@ -220,19 +216,16 @@ impl Terrain {
         let count = tiles.len() as u32;
         let tiles = frame.upload(&tiles)?;
         let indices = &self.indices[usize::from(quality == Quality::High)];
-        let ground = textures.ground(quality);
+        let [ground, contact] = textures.bindings(textures.ground(quality));
+        let pipeline = self.pipeline.get(quality);
         frame
             .pass("terrain")
+            .bind(pipeline, &[(0, view.into()), (1, heights.into()), (2, tiles.into()), ground, contact])
             .read(indices, Access::IndexRead)
-            .read(heights, Access::VertexRead)
-            .read(ground, Access::FragmentSampled)
-            .read(&textures.contact, Access::FragmentSampled)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
             .run(|cmd| {
-                cmd.pipeline(self.pipeline.get(quality))?;
-                let [ground, contact] = textures.bindings(ground);
-                cmd.bind(&[(0, view.into()), (1, heights.into()), (2, tiles.into()), ground, contact])?;
+                cmd.pipeline(pipeline)?;
                 cmd.indices(indices, vk::IndexType::UINT16)?;
                 cmd.draw_indexed(0..(indices.size() / 2) as u32, 0, 0..count);
                 Ok(())

@@ -75,8 +75,11 @@ impl Twin {
 
     fn at(&self, tile: tiles::Tile, vertex: u16) -> Vec2 {
         let side = self.quads + 1;
-        let mut step = tile[2];
-        let mut at = [tile[0] + i32::from(vertex) % side * step, tile[1] + i32::from(vertex) / side * step];
+        let mut step = tile.step;
+        let mut at = [
+            tile.corner[0] + i32::from(vertex) % side * step,
+            tile.corner[1] + i32::from(vertex) / side * step,
+        ];
         let coarser = |at: [i32; 2], step: i32| at.map(|v| v & !(2 * step - 1));
         for _ in 0..2 {
             if self.gone(coarser(at, step), step) >= 1.0 {
@@ -179,14 +182,14 @@ fn tiles_near_the_eye_are_finer_than_those_far_away() {
     let tiles = tiles::tiles(terrain, tiles::band(terrain), &lens, 8);
     assert!(!tiles.is_empty() && tiles.len() < 200, "{}", tiles.len());
     let cell = f64::from(terrain.cell);
-    for tile in tiles.iter().filter(|t| t[2] > 1) {
-        let side = 8.0 * f64::from(tile[2]) * cell;
-        let [x, z] = [0, 1].map(|i| f64::from(tile[i]) * cell + terrain.origin[i]);
+    for tile in tiles.iter().filter(|t| t.step > 1) {
+        let side = 8.0 * f64::from(tile.step) * cell;
+        let [x, z] = [0, 1].map(|i| f64::from(tile.corner[i]) * cell + terrain.origin[i]);
         let eye = DVec2::new(lens.eye.x, lens.eye.z);
         let away = eye.clamp(DVec2::new(x, z), DVec2::new(x + side, z + side)).distance(eye);
         assert!(away.hypot(0.5) >= side * 1.5, "within half of its range a tile gives way to finer ones");
     }
-    let steps = || tiles.iter().map(|t| t[2]);
+    let steps = || tiles.iter().map(|t| t.step);
     assert_eq!(steps().min(), Some(1));
     assert!(steps().max() >= Some(4));
 }
@@ -202,8 +205,8 @@ fn tiles_cover_the_ground_ahead_exactly_once() {
         let p = lens.eye + (lens.forward * (i as f32 * 0.1)).as_dvec3();
         let at = (DVec2::new(p.x, p.z) - DVec2::from(terrain.origin)) / f64::from(terrain.cell);
         let over = |t: &&tiles::Tile| {
-            let from = DVec2::new(f64::from(t[0]), f64::from(t[1]));
-            at.cmpge(from).all() && at.cmplt(from + f64::from(8 * t[2])).all()
+            let from = DVec2::from(t.corner.map(f64::from));
+            at.cmpge(from).all() && at.cmplt(from + f64::from(8 * t.step)).all()
         };
         assert_eq!(tiles.iter().filter(over).count(), 1, "at {p}");
     }
@@ -215,7 +218,7 @@ fn slopes_are_those_of_the_heights() {
     let Some(terrain) = &environment.terrain else { return };
     let heights = tiles::heights(terrain);
     let at = 20 * 65 + 30;
-    let slope = (heights[at + 1][0] - heights[at - 1][0]) / (2.0 * terrain.cell);
-    assert_eq!(heights[at][1], slope);
+    let slope = (heights[at + 1].height - heights[at - 1].height) / (2.0 * terrain.cell);
+    assert_eq!(heights[at].slope[0], slope);
     assert_eq!(heights.len(), 65 * 65);
 }

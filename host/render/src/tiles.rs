@@ -6,20 +6,24 @@ use reef_streams::environment::Terrain;
 
 use super::{quality::Quality, view::Lens};
 
-/// Quads along a side of a tile, as in `shaders/terrain.vert` and `terrain_low.vert`.
+/// Quads along a side of a tile at low quality, and at high quality.
+pub(crate) const QUADS_LOW: u32 = 4;
+pub(crate) const QUADS_HIGH: u32 = 8;
+
+/// Quads along a side of a tile.
 pub fn quads(quality: Quality) -> u32 {
     match quality {
-        Quality::Low => 4,
-        Quality::High => 8,
+        Quality::Low => QUADS_LOW,
+        Quality::High => QUADS_HIGH,
     }
 }
 /// Tiles of one picture at most.
 const MOST: usize = 1024;
 
-/// Distance up to which a level is drawn, in sides of its tiles, as in `shaders/tile.glsl`: so neighbours
+/// Distance up to which a level is drawn, in sides of its tiles: so neighbours
 /// differ by one level at most. A tile of side s ends within (3 + 2 sqrt(2)) s of the eye, one that is two
 /// levels coarser begins at 6 s.
-const SIDES: f64 = 3.0;
+pub(crate) const SIDES: f64 = 3.0;
 /// Coarsest level.
 const LEVELS: u32 = 26;
 /// Cells from the field's corner to the eye that count at most: single precision holds them exactly.
@@ -27,8 +31,25 @@ const NEAREST: f64 = (1 << 24) as f64;
 /// Cells from the eye to where the bed ends at most: whole numbers of 32 bits hold all tiles.
 const REACH: f64 = (1 << 28) as f64;
 
-/// A tile as the shader reads it: column and row of its corner, distance of its vertices [cells], 0.
-pub type Tile = [i32; 4];
+reef_gpu::record! {
+    /// A tile as the shader reads it.
+    pub struct Tile = "Tile" {
+        /// Column and row of its corner [cells].
+        pub corner: [i32; 2],
+        /// Distance of its vertices [cells].
+        pub step: i32,
+    }
+}
+
+reef_gpu::record! {
+    /// A height with its slopes, as the shader reads it.
+    pub struct Height = "Height" {
+        /// y [m].
+        pub height: f32,
+        /// dy/dx, dy/dz.
+        pub slope: [f32; 2],
+    }
+}
 
 /// Lowest and highest ground of a height field [m].
 pub fn band(terrain: &Terrain) -> [f32; 2] {
@@ -48,8 +69,8 @@ pub fn nearest(terrain: &Terrain, lens: &Lens) -> DVec2 {
     at.round().clamp(DVec2::splat(-NEAREST), DVec2::splat(NEAREST))
 }
 
-/// Heights with their slopes, as the shader reads them: y, dy/dx, dy/dz, 0.
-pub fn heights(terrain: &Terrain) -> Vec<[f32; 4]> {
+/// Heights with their slopes, row by row.
+pub fn heights(terrain: &Terrain) -> Vec<Height> {
     let (columns, rows) = (terrain.columns as usize, terrain.rows as usize);
     let at = |x: usize, z: usize| terrain.heights[z.min(rows - 1) * columns + x.min(columns - 1)];
     let slope = |low: f32, high: f32, steps: usize| (high - low) / (steps.max(1) as f32 * terrain.cell);
@@ -58,12 +79,8 @@ pub fn heights(terrain: &Terrain) -> Vec<[f32; 4]> {
         for x in 0..columns {
             let (x0, x1) = (x.saturating_sub(1), (x + 1).min(columns - 1));
             let (z0, z1) = (z.saturating_sub(1), (z + 1).min(rows - 1));
-            heights.push([
-                at(x, z),
-                slope(at(x0, z), at(x1, z), x1 - x0),
-                slope(at(x, z0), at(x, z1), z1 - z0),
-                0.0,
-            ]);
+            let slope = [slope(at(x0, z), at(x1, z), x1 - x0), slope(at(x, z0), at(x, z1), z1 - z0)];
+            heights.push(Height { height: at(x, z), slope });
         }
     }
     heights
@@ -128,7 +145,7 @@ impl Walk<'_> {
             }
             return;
         }
-        tiles.push([corner[0], corner[1], 1 << level, 0]);
+        tiles.push(Tile { corner, step: 1 << level });
     }
 }
 

@@ -8,6 +8,14 @@ use reef_gpu::{
 /// ENCODE, SAMPLES and CURVE of `shaders/tonemap.frag`.
 type Constants = [(u32, u32); 3];
 
+reef_gpu::record! {
+    /// Constants of `tonemap.frag`.
+    pub(crate) struct TonePush = "TonePush" {
+        /// Brightness of the picture; 1 is the scene's own.
+        exposure: f32,
+    }
+}
+
 /// How light becomes colour.
 #[derive(Clone, Copy, Debug)]
 pub struct Finish {
@@ -63,12 +71,16 @@ impl Tone {
             }
         };
         let pipeline = &self.pipelines[index].2;
-        frame.pass("tone").read(light, Access::FragmentSampled).color(picture, Load::Discard).run(|cmd| {
-            cmd.pipeline(pipeline)?;
-            cmd.bind(&[(0, Resource::Texture(light, self.sampler))])?;
-            cmd.push(&finish.exposure)?;
-            cmd.draw(0..3, 0..1);
-            Ok(())
-        })
+        frame
+            .pass("tone")
+            .read(light, Access::FragmentSampled)
+            .color(picture, Load::Discard)
+            .bind(pipeline, &[(0, Resource::Texture(light, self.sampler))])
+            .run(|cmd| {
+                cmd.pipeline(pipeline)?;
+                cmd.push(&TonePush { exposure: finish.exposure })?;
+                cmd.draw(0..3, 0..1);
+                Ok(())
+            })
     }
 }

@@ -90,8 +90,7 @@ struct Chain<'a> {
 impl<'a> Chain<'a> {
     fn new(gathered: &'a Gathered, fibre: &'a GpuFibre) -> Self {
         let object = &gathered.objects[fibre.object as usize];
-        let origin = |v: [f32; 4]| Vec4::from(v).truncate();
-        let base = origin(object.previous).lerp(origin(object.current), fibre.blend);
+        let base = Vec3::from(object.previous).lerp(Vec3::from(object.current), fibre.blend);
         Self { fibre, gathered, base, count: (fibre.nodes_flags & 0xffff) as usize }
     }
 
@@ -474,8 +473,9 @@ mod tests {
         let far_lens = Lens::new(&far, [640, 360], 60.0);
         let frame_gathered = Gathered {
             objects: vec![super::super::gather::GpuObject {
-                previous: [0.0, 0.0, -30.0, 0.0],
-                current: [0.0, 0.0, -30.0, 0.0],
+                previous: [0.0, 0.0, -30.0],
+                current: [0.0, 0.0, -30.0],
+                ..Default::default()
             }],
             ..gathered
         };

@@ -1,63 +1,92 @@
 //! What every pass knows of one picture: the Rust mirror of `shaders/view.glsl`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use reef_streams::{environment::Environment, frame::CameraPose};
 
-use crate::water::{Caustics, SURFACE_WAVES, Surface, WAVES};
+use crate::water::{CausticTrain, Caustics, SURFACE_WAVES, Surface, SurfaceTrain, WAVES};
 
 /// Distance of the near plane [m].
 pub const NEAR: f32 = 0.02;
 
-/// The uniform block `View`, in the layout that std140 gives it. Positions are relative to the eye, axes are
-/// the world's.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct View {
-    /// Clip space (reverse depth, y down) from eye space, column by column.
-    pub clip_from_eye: [[f32; 4]; 4],
-    /// Unit; w: tangent of half the horizontal field of view.
-    pub right: [f32; 4],
-    /// Unit; w: tangent of half the vertical field of view.
-    pub up: [f32; 4],
-    /// Unit; w: distance of the near plane [m].
-    pub forward: [f32; 4],
-    /// Width, height [px], pixels per metre at 1 m, farthest distance that is drawn [m].
-    pub viewport: [f32; 4],
-    /// World position of the eye [m]; w: wave number of the sand ripples [rad/m].
-    pub eye: [f32; 4],
-    /// Toward the refracted sun; w: strength of caustics.
-    pub sun: [f32; 4],
-    /// Just below the surface.
-    pub sun_color: [f32; 4],
-    /// Just below the surface; w: time [s].
-    pub ambient: [f32; 4],
-    /// c [1/m]; w: 1 with a plain background.
-    pub beam: [f32; 4],
-    /// Kd [1/m]; w: brightness of the picture; 1 is the scene's own.
-    pub downwelling: [f32; 4],
-    /// W0; w: y of the surface [m].
-    pub scattered: [f32; 4],
-    /// Plain background; w: height of the sand's ripples [m].
-    pub plain: [f32; 4],
-    /// x, z of the height that `bed` names, relative to the eye [m], cell [m], y = 0 relative to the eye [m].
-    pub terrain_origin: [f32; 4],
-    /// Columns, rows, 1 / extent of the contact map in x and z [1/m].
-    pub terrain_size: [f32; 4],
-    /// x, z of the contact map's corner relative to the eye [m]; direction of the surge.
-    pub contact_origin: [f32; 4],
-    /// Mean gain of the raw caustics at 1, 2, 4 and 8 m.
-    pub caustic_mean: [f32; 4],
-    /// Caustic waves.
-    pub wave: [[f32; 4]; WAVES],
-    /// Waves of the surface as it is seen: wave vector [rad/m], amplitude [m], phase at the eye [rad].
-    pub surface: [[f32; 4]; SURFACE_WAVES],
-    /// Mean depth of the bed below the surface [m], very great without one; how far the eye is over the
-    /// highest ground or under the lowest [m]; column and row of the height nearest to the eye, which may lie
-    /// outside of the field.
-    pub bed: [f32; 4],
-    /// How the caustic waves bend the surface, see [`Caustics::focus`].
-    pub focus: [[f32; 4]; WAVES],
+reef_gpu::record! {
+    /// The uniform block `View`. Positions are relative to the eye, axes are the world's.
+    pub struct View = "View" {
+        /// Clip space (reverse depth, y down) from eye space, column by column.
+        pub clip_from_eye: [[f32; 4]; 4],
+        /// Unit.
+        pub right: [f32; 3],
+        /// Tangent of half the horizontal field of view.
+        pub tangent_x: f32,
+        /// Unit.
+        pub up: [f32; 3],
+        /// Tangent of half the vertical field of view.
+        pub tangent_y: f32,
+        /// Unit.
+        pub forward: [f32; 3],
+        /// Distance of the near plane [m].
+        pub near: f32,
+        /// Width and height of the picture [px].
+        pub size: [f32; 2],
+        /// At a distance of 1 m.
+        pub pixels_per_metre: f32,
+        /// Farthest distance that is drawn [m].
+        pub far: f32,
+        /// World position of the eye [m].
+        pub eye: [f32; 3],
+        /// Wave number of the sand's ripples [rad/m].
+        pub ripple_number: f32,
+        /// Height of the sand's ripples [m].
+        pub ripple_height: f32,
+        /// Unit: along which the surge goes, x and z.
+        pub surge: [f32; 2],
+        /// Unit: toward the refracted sun.
+        pub sun: [f32; 3],
+        /// Strength of caustics, 0 to 1.
+        pub caustics: f32,
+        /// Just below the surface.
+        pub sun_color: [f32; 3],
+        /// Just below the surface.
+        pub ambient: [f32; 3],
+        /// c [1/m].
+        pub beam: [f32; 3],
+        /// 1 with a plain background, 0 in the sea.
+        pub diagram: f32,
+        /// Kd [1/m].
+        pub downwelling: [f32; 3],
+        /// Brightness of the picture; 1 is the scene's own.
+        pub exposure: f32,
+        /// W0.
+        pub scattered: [f32; 3],
+        /// y of the surface [m].
+        pub surface_height: f32,
+        /// Plain background.
+        pub plain: [f32; 3],
+        /// x, z of the height that `nearest` names, relative to the eye [m].
+        pub terrain_origin: [f32; 2],
+        /// [m].
+        pub terrain_cell: f32,
+        /// y of height 0 relative to the eye [m].
+        pub terrain_zero: f32,
+        /// Columns and rows.
+        pub terrain_size: [f32; 2],
+        /// 1 over the extent of the contact map in x and z [1/m].
+        pub contact_scale: [f32; 2],
+        /// x, z of the contact map's corner relative to the eye [m].
+        pub contact_origin: [f32; 2],
+        /// Mean depth of the bed below the surface [m], very great without one.
+        pub bed_depth: f32,
+        /// How far the eye is over the highest ground or under the lowest [m].
+        pub aloof: f32,
+        /// Column and row of the height nearest to the eye, which may lie outside of the field.
+        pub nearest: [f32; 2],
+        /// Mean gain of the raw caustics at 1, 2, 4 and 8 m.
+        pub caustic_mean: [f32; 4],
+        /// Trains that focus light.
+        pub caustic: [CausticTrain; WAVES],
+        /// Trains of the surface as it is seen.
+        pub surface: [SurfaceTrain; SURFACE_WAVES],
+    }
 }
 
 /// A camera with its picture's size: what culling and levels of detail need.
@@ -156,30 +185,32 @@ pub fn view(
     time: f64,
     high: bool,
 ) -> View {
-    let v3 = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
-    let c3 = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
-    let eye = lens.eye.as_vec3();
     let plain = environment.plain_background;
     let mut view = View::zeroed();
     view.clip_from_eye = lens.clip_from_eye().to_cols_array_2d();
-    view.right = v3(lens.right, lens.tangent[0]);
-    view.up = v3(lens.up, lens.tangent[1]);
-    view.forward = v3(lens.forward, NEAR);
-    view.viewport = [lens.size[0] as f32, lens.size[1] as f32, lens.pixels_per_metre(), lens.far];
-    view.eye = v3(eye, 0.0);
-    let strength = if plain.is_some() { 0.0 } else { 1.0 };
-    view.sun = v3(environment.sun.direction.normalize_or(Vec3::Y), strength);
-    view.sun_color = c3(environment.sun.color, 0.0);
-    view.ambient = c3(environment.sun.ambient, time as f32);
-    view.beam = c3(environment.optics.beam, if plain.is_some() { 1.0 } else { 0.0 });
-    view.downwelling = c3(environment.optics.downwelling, 1.0);
-    view.scattered = c3(environment.optics.scattered, 0.0);
-    view.plain = c3(plain.unwrap_or_default(), 0.0);
+    view.right = lens.right.to_array();
+    view.up = lens.up.to_array();
+    [view.tangent_x, view.tangent_y] = lens.tangent;
+    view.forward = lens.forward.to_array();
+    view.near = NEAR;
+    view.size = lens.size.map(|n| n as f32);
+    view.pixels_per_metre = lens.pixels_per_metre();
+    view.far = lens.far;
+    view.eye = lens.eye.as_vec3().to_array();
+    view.sun = environment.sun.direction.normalize_or(Vec3::Y).to_array();
+    view.caustics = if plain.is_some() { 0.0 } else { 1.0 };
+    view.sun_color = environment.sun.color;
+    view.ambient = environment.sun.ambient;
+    view.beam = environment.optics.beam;
+    view.diagram = if plain.is_some() { 1.0 } else { 0.0 };
+    view.downwelling = environment.optics.downwelling;
+    view.exposure = 1.0;
+    view.scattered = environment.optics.scattered;
+    view.plain = plain.unwrap_or_default();
     view.caustic_mean = caustics.mean(high);
-    view.wave = caustics.at(lens.eye, time);
+    view.caustic = caustics.at(lens.eye, time);
     view.surface = surface.at(lens.eye, time);
-    view.bed = [bed(environment), 0.0, 0.0, 0.0];
-    view.focus = caustics.focus();
+    view.bed_depth = bed(environment);
     view
 }
 

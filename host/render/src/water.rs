@@ -12,8 +12,9 @@ pub const WAVES: usize = 8;
 const LONG: usize = WAVES / 2;
 /// The scene's own of them, where it has so many. More, all of one wind, would draw streaks.
 const OWN_LONG: usize = LONG / 2;
-/// See `shaders/caustics.glsl`.
-const LONG_REACH: f32 = 1.5;
+/// How far the long trains, the first half, shift light: as 6 m below the surface everywhere. Nearer to it
+/// the net of the others would lie as even as it is.
+pub(crate) const LONG_REACH: f32 = 1.5;
 /// A k² of the weakest of the scene's own waves that counts [1/m]: at 10 m its crests are a tenth brighter.
 const LEAST_POWER: f64 = 0.04;
 /// Shortest of the scene's own waves that counts [m]: at low quality, vertices are a quarter of a metre
@@ -49,6 +50,35 @@ const BREEZE_PACE: f64 = 0.5;
 pub const SURFACE_WAVES: usize = 12;
 /// The scene's own of them, where it has so many; a breeze over them makes the rest.
 const OWN_SURFACE_WAVES: usize = 5;
+
+reef_gpu::record! {
+    /// A train that focuses light, as the shaders take it.
+    pub struct CausticTrain = "CausticTrain" {
+        /// Wave vector, x and z [rad/m].
+        pub vector: [f32; 2],
+        /// A k² [1/m].
+        pub power: f32,
+        /// At the eye [rad], reduced in f64.
+        pub phase: f32,
+        /// What it adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m], with the
+        /// sign left out.
+        pub hessian: [f32; 3],
+        /// A [m].
+        pub amplitude: f32,
+    }
+}
+
+reef_gpu::record! {
+    /// A train of the surface as it is seen, as the shaders take it.
+    pub struct SurfaceTrain = "SurfaceTrain" {
+        /// Wave vector, x and z [rad/m].
+        pub vector: [f32; 2],
+        /// [m].
+        pub amplitude: f32,
+        /// At the eye [rad], reduced in f64.
+        pub phase: f32,
+    }
+}
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Train {
@@ -96,15 +126,10 @@ impl Train {
         self.amplitude * self.vector.length()
     }
 
-    /// As the shaders take it: wave vector, `strength`, phase at the eye, reduced in f64.
-    fn at(&self, eye: DVec3, time: f64, strength: f64) -> [f32; 4] {
+    /// Phase at the eye [rad].
+    fn phase_at(&self, eye: DVec3, time: f64) -> f32 {
         let phase = self.vector.dot(DVec2::new(eye.x, eye.z)) - self.frequency * time + self.phase;
-        [
-            self.vector.x as f32,
-            self.vector.y as f32,
-            strength as f32,
-            phase.rem_euclid(std::f64::consts::TAU) as f32,
-        ]
+        phase.rem_euclid(std::f64::consts::TAU) as f32
     }
 }
 
@@ -131,11 +156,15 @@ impl Surface {
         Self { trains }
     }
 
-    /// As the shaders take them: wave vector, amplitude, phase at the eye.
-    pub fn at(&self, eye: DVec3, time: f64) -> [[f32; 4]; SURFACE_WAVES] {
-        let mut waves = [[0.0; 4]; SURFACE_WAVES];
+    /// As the shaders take them.
+    pub fn at(&self, eye: DVec3, time: f64) -> [SurfaceTrain; SURFACE_WAVES] {
+        let mut waves = [SurfaceTrain::default(); SURFACE_WAVES];
         for (out, train) in waves.iter_mut().zip(&self.trains) {
-            *out = train.at(eye, time, train.amplitude);
+            *out = SurfaceTrain {
+                vector: train.vector.as_vec2().to_array(),
+                amplitude: train.amplitude as f32,
+                phase: train.phase_at(eye, time),
+            };
         }
         waves
     }
@@ -173,26 +202,21 @@ impl Caustics {
         if high { self.mean_high } else { self.mean_low }
     }
 
-    /// The trains as the shaders take them: wave vector, A k², phase at the eye, reduced in f64.
-    pub fn at(&self, eye: DVec3, time: f64) -> [[f32; 4]; WAVES] {
-        let mut waves = [[0.0; 4]; WAVES];
+    /// The trains as the shaders take them.
+    pub fn at(&self, eye: DVec3, time: f64) -> [CausticTrain; WAVES] {
+        let mut waves = [CausticTrain::default(); WAVES];
         for (out, train) in waves.iter_mut().zip(&self.trains) {
-            *out = train.at(eye, time, train.power().min(1.0));
-        }
-        waves
-    }
-
-    /// What each train adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m],
-    /// with the sign left out; its amplitude [m].
-    pub fn focus(&self) -> [[f32; 4]; WAVES] {
-        let mut focus = [[0.0; 4]; WAVES];
-        for (out, train) in focus.iter_mut().zip(&self.trains) {
             let n = train.vector.normalize_or_zero();
             let power = train.power().min(1.0);
-            let amplitude = power / train.vector.length_squared().max(1e-12);
-            *out = [n.x * n.x * power, n.y * n.y * power, n.x * n.y * power, amplitude].map(|v| v as f32);
+            *out = CausticTrain {
+                vector: train.vector.as_vec2().to_array(),
+                power: power as f32,
+                phase: train.phase_at(eye, time),
+                hessian: [n.x * n.x * power, n.y * n.y * power, n.x * n.y * power].map(|v| v as f32),
+                amplitude: (power / train.vector.length_squared().max(1e-12)) as f32,
+            };
         }
-        focus
+        waves
     }
 
     /// Brightness of a shaft of light that enters the water at a place (x, z) [m], .3 to 1. A shaft is wider
@@ -228,12 +252,12 @@ impl Caustics {
 
 /// The twin of `caustic_pattern` in `shaders/caustics.glsl` before its mean is taken out, and at low quality
 /// of `quick_caustics` in `shaders/ground_low.glsl`. `x`: where the straight ray entered the water.
-pub fn raw_gain(waves: &[[f32; 4]; WAVES], high: bool, mut x: Vec2, depth: f32) -> f32 {
+pub fn raw_gain(waves: &[CausticTrain; WAVES], high: bool, mut x: Vec2, depth: f32) -> f32 {
     let quarter = 0.25 * depth;
     let reach = quarter.min(1.0) + 0.25 * (quarter - 1.0).max(0.0);
     let mut h = [0.0_f32; 3];
-    for (i, &[kx, kz, power, phase]) in waves.iter().enumerate() {
-        let k = Vec2::new(kx, kz);
+    for (i, &CausticTrain { vector, power, phase, .. }) in waves.iter().enumerate() {
+        let k = Vec2::from(vector);
         let n = k.normalize_or_zero();
         let bend = (2.0 - quarter * power).clamp(0.0, 1.0) * reach * power;
         let a = k.dot(x) + phase;
@@ -420,18 +444,20 @@ mod tests {
                 DVec2::new(wave.direction[0].into(), wave.direction[1].into()) * f64::from(wave.wave_number);
             (k, (k.dot(DVec2::new(eye.x, eye.z)) + f64::from(wave.phase)).rem_euclid(std::f64::consts::TAU))
         };
-        let own = |shown: &[f32; 4]| {
-            let k = DVec2::new(shown[0].into(), shown[1].into());
+        let own = |vector: [f32; 2]| {
+            let k = DVec2::from(vector.map(f64::from));
             stepped.iter().map(phase_of).find(|(vector, _)| vector.distance(k) < 1e-5).map(|(_, phase)| phase)
         };
         let mut seen = 0;
         let caustics = Caustics::new(&environment);
-        for shown in Surface::new(&environment).at(eye, time).iter().chain(&caustics.at(eye, time)) {
-            let Some(phase) = own(shown) else { continue };
+        let surface = Surface::new(&environment).at(eye, time).map(|train| (train.vector, train.phase));
+        let focusing = caustics.at(eye, time).map(|train| (train.vector, train.phase));
+        for (vector, shown) in surface.into_iter().chain(focusing) {
+            let Some(phase) = own(vector) else { continue };
             seen += 1;
             // A frequency of f32 near 5 rad/s, wrong by 2e-7, over 1000 s.
-            let apart = (phase - f64::from(shown[3])).abs();
-            assert!(apart.min(std::f64::consts::TAU - apart) < 1e-3, "{phase} and {}", shown[3]);
+            let apart = (phase - f64::from(shown)).abs();
+            assert!(apart.min(std::f64::consts::TAU - apart) < 1e-3, "{phase} and {shown}");
         }
         assert!(seen > OWN_SURFACE_WAVES, "the wind's waves focus light, too: {seen}");
     }
@@ -440,8 +466,10 @@ mod tests {
     fn a_still_sea_has_a_breeze_on_its_surface() {
         let surface = Surface::new(&sample::environment()).at(DVec3::ZERO, 0.0);
         // Mean square slope of a light breeze (Cox and Munk 1954: 0.003 + 0.005 a metre a second of wind).
-        let square: f32 =
-            surface.iter().map(|[x, z, amplitude, _]| 0.5 * (x * x + z * z) * amplitude * amplitude).sum();
+        let square: f32 = surface
+            .iter()
+            .map(|t| 0.5 * Vec2::from(t.vector).length_squared() * t.amplitude * t.amplitude)
+            .sum();
         assert!((0.008..0.035).contains(&square), "{square}");
     }
 }

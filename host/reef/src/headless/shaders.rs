@@ -30,6 +30,8 @@ pub struct Args {
 /// Compiles what changed, and writes SPIR-V, manifest and the list of what is embedded.
 pub fn run(_common: &Common, args: &Args) -> Outcome {
     let folder = &args.folder;
+    // What the shaders share with Rust comes first: they include it.
+    write(&folder.join(reef_render::shared::FILE), reef_render::shared::glsl().as_bytes())?;
     let stages = shader_sources::stages(folder).map_err(input)?;
     let before = shader_sources::manifest(folder).unwrap_or_default();
     let mut manifest = Manifest::default();

@@ -167,19 +167,13 @@ impl Layers {
         &self.catalogue
     }
 
-    /// The arrays, for a pass that reads them; None before the first update.
-    pub fn images(&self) -> Option<[&Image; SIZES.len()]> {
-        let [a, b, c] = &self.arrays;
-        Some([a.image.as_ref()?, b.image.as_ref()?, c.image.as_ref()?])
-    }
-
     /// The arrays as three bindings, from the `first` on; none before the first update.
     pub fn bindings(&self, first: u32, edges: Edges) -> Vec<(u32, Resource<'_>)> {
         let sampler = match edges {
             Edges::Hold => self.hold,
             Edges::Around => self.around,
         };
-        let numbered = (first..).zip(self.images().into_iter().flatten());
+        let numbered = (first..).zip(self.arrays.iter().filter_map(|array| array.image.as_ref()));
         numbered.map(|(number, image)| (number, Resource::Texture(image, sampler))).collect()
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn lines(
             None => CULLED,
         };
         let mut line = |from: Vec3, to: Vec3| {
-            lines.push(GpuLine { from: from.to_array(), color, to: to.to_array(), spare: 0 });
+            lines.push(GpuLine { from: from.to_array(), color, to: to.to_array() });
         };
         let length = AXIS * stand.radius;
         if stand.joints.is_empty() {

@@ -186,7 +186,8 @@ impl Steps<'_> {
             instance.previous = then.map_or(0, |then| vertices.0 + then.first_vertex);
             instance.blend = if then.is_some() { self.alpha } else { 1.0 };
             instance.scale = 1.0;
-            instance.bounds = Vec3::from(object.bounds_center).extend(object.bounds_radius).to_array();
+            instance.center = object.bounds_center;
+            instance.radius = object.bounds_radius;
             self.put(all, veils, element.object, instance);
         }
     }

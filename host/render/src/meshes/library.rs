@@ -52,6 +52,8 @@ impl Shelf {
         self.forms.push(Form::of(mesh));
         self.most.push(most(mesh));
         let flag = |theirs: u32, ours: u32| if mesh.flags & theirs != 0 { ours } else { 0 };
+        let [x, y, z, radius] = mesh.bounds;
+        let center = [x, y, z];
         self.meshes.push(GpuMesh {
             first_vertex: self.vertices.len() as u32,
             first_bone: self.bones.len() as u32,
@@ -61,7 +63,8 @@ impl Shelf {
             joints: mesh.rest.len() as u32,
             influences: mesh.influences,
             flags: flag(abi::MESH_DUAL, DUAL) | flag(abi::MESH_TWO_SIDED, TWO_SIDED),
-            bounds: mesh.bounds,
+            center,
+            radius,
         });
         let first_index = self.indices.len() as u32;
         self.levels.extend(mesh.levels.iter().map(|level| GpuLevel {
@@ -71,15 +74,11 @@ impl Shelf {
             vertices: level.vertex_count,
             error: level.error,
             influences: level.influences,
-            spare: [0; 2],
+            end: [0; 2],
         }));
         self.rests.extend(mesh.rest.iter().zip(&mesh.reach).map(|(joint, reach)| {
-            let [x, y, z] = joint.translation;
-            GpuRest {
-                rotation: joint.rotation,
-                place: [x, y, z, joint.scale],
-                reach: [*reach, 0.0, 0.0, 0.0],
-            }
+            let abi::Joint { rotation, translation, scale } = *joint;
+            GpuRest { rotation, translation, scale, reach: *reach, end: [0; 3] }
         }));
         self.vertices.extend(mesh.vertices.iter().map(vertex));
         self.bones.extend_from_slice(&mesh.bones);

@@ -29,7 +29,7 @@ mod tests;
 pub mod twin;
 
 use ash::vk;
-use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Resource, Result, Upload};
+use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Result, Upload};
 
 use self::{
     buffers::{Buffers, MOST_INDICES, Most, Wanted},
@@ -167,16 +167,9 @@ impl Meshes {
 
         frame
             .pass("meshes: joints, cull, detail")
-            .read(&books.meshes, Access::ComputeSampled)
-            .read(&books.levels, Access::ComputeSampled)
-            .read(&books.rests, Access::ComputeSampled)
-            .read(&before.joints, Access::ComputeSampled)
-            .read(&now.joints, Access::ComputeSampled)
-            .write(&b.parts, Access::ComputeWrite)
-            .write(&b.palette, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.pose)?;
-                cmd.bind(&[
+            .bind(
+                &self.pose,
+                &[
                     (0, view.into()),
                     (1, instances.into()),
                     (2, objects.into()),
@@ -187,7 +180,10 @@ impl Meshes {
                     (7, (&books.rests).into()),
                     (8, (&b.parts).into()),
                     (9, (&b.palette).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.pose)?;
                 cmd.push(&PosePush {
                     count,
                     use_lod: u32::from(limits.is_some()),
@@ -201,20 +197,18 @@ impl Meshes {
         let index_limit = (b.index.size() / 4) as u32;
         frame
             .pass("meshes: offsets")
-            .read(&books.levels, Access::ComputeSampled)
-            .read(&b.parts, Access::ComputeRead)
-            .write(&b.parts, Access::ComputeWrite)
-            .write(&b.order, Access::ComputeWrite)
-            .write(&b.draw, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.scan)?;
-                cmd.bind(&[
+            .bind(
+                &self.scan,
+                &[
                     (0, instances.into()),
                     (1, (&books.levels).into()),
                     (2, (&b.parts).into()),
                     (3, (&b.draw).into()),
                     (4, (&b.order).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.scan)?;
                 cmd.push(&ScanPush {
                     part_count: 2 * count,
                     vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
@@ -227,21 +221,10 @@ impl Meshes {
             })?;
         frame
             .pass("meshes: skin")
-            .read(&books.meshes, Access::ComputeSampled)
-            .read(&books.levels, Access::ComputeSampled)
-            .read(&books.vertices, Access::ComputeSampled)
-            .read(&books.bones, Access::ComputeSampled)
-            .read(&before.vertices, Access::ComputeRead)
-            .read(&now.vertices, Access::ComputeRead)
-            .read(&b.parts, Access::ComputeSampled)
-            .read(&b.palette, Access::ComputeSampled)
-            .read(&b.order, Access::ComputeRead)
-            .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
-            .write(&b.vertex, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.skin)?;
-                cmd.bind(&[
+            .bind(
+                &self.skin,
+                &[
                     (0, view.into()),
                     (1, instances.into()),
                     (2, (&books.meshes).into()),
@@ -255,23 +238,19 @@ impl Meshes {
                     (10, (&b.order).into()),
                     (11, (&b.draw).into()),
                     (12, (&b.vertex).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.skin)?;
                 cmd.push(&SkinPush { groups_x: GROUPS_X, first_instance })?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
         frame
             .pass("meshes: triangles")
-            .read(&books.levels, Access::ComputeSampled)
-            .read(&books.indices, Access::ComputeSampled)
-            .read(&b.parts, Access::ComputeSampled)
-            .read(&b.vertex, Access::ComputeSampled)
-            .read(&b.order, Access::ComputeRead)
-            .read(&b.draw, Access::ComputeRead)
             .read(&b.draw, Access::IndirectRead)
-            .write(&b.index, Access::ComputeWrite)
-            .run(|cmd| {
-                cmd.pipeline(&self.index)?;
-                cmd.bind(&[
+            .bind(
+                &self.index,
+                &[
                     (1, instances.into()),
                     (2, (&books.levels).into()),
                     (3, (&books.indices).into()),
@@ -280,7 +259,10 @@ impl Meshes {
                     (6, (&b.order).into()),
                     (7, (&b.draw).into()),
                     (8, (&b.index).into()),
-                ])?;
+                ],
+            )
+            .run(|cmd| {
+                cmd.pipeline(&self.index)?;
                 cmd.push(&IndexPush { groups_x: GROUPS_X, index_limit, first_instance })?;
                 cmd.dispatch_indirect(Data::Part(&b.draw, GROUPS, 12))
             })?;
@@ -288,15 +270,10 @@ impl Meshes {
         if let (Quality::Low, Some(draws)) = (quality, self.draws.get()) {
             frame
                 .pass("meshes: light")
-                .read(&books.meshes, Access::ComputeSampled)
-                .read(&b.parts, Access::ComputeSampled)
-                .read(&b.draw, Access::ComputeRead)
                 .read(&b.draw, Access::IndirectRead)
-                .read(&b.vertex, Access::ComputeRead)
-                .write(&b.vertex, Access::ComputeWrite)
-                .run(|cmd| {
-                    cmd.pipeline(&draws.light)?;
-                    cmd.bind(&[
+                .bind(
+                    &draws.light,
+                    &[
                         (0, view.into()),
                         (1, instances.into()),
                         (2, (&books.meshes).into()),
@@ -304,7 +281,10 @@ impl Meshes {
                         (4, materials.into()),
                         (5, (&b.draw).into()),
                         (6, (&b.vertex).into()),
-                    ])?;
+                    ],
+                )
+                .run(|cmd| {
+                    cmd.pipeline(&draws.light)?;
                     cmd.push(&LightPush { first_instance, first_material: materials.first_texel() })?;
                     cmd.dispatch_indirect(Data::Part(&b.draw, LIGHT_GROUPS, 12))
                 })?;
@@ -324,7 +304,7 @@ impl Meshes {
         targets: &Targets<'_>,
     ) -> Result<()> {
         let Some(draws) = self.draws.get() else { return Ok(()) };
-        self.draw(frame, "meshes: draw", (view, layers, targets), |cmd, b, bound| {
+        self.draw(frame, "meshes: draw", (view, layers, targets), &draws.sides, |cmd, b| {
             if self.draws.chosen().quality == Quality::Low {
                 for (side, pipeline) in self.lit.iter().enumerate() {
                     cmd.pipeline(pipeline)?;
@@ -335,7 +315,6 @@ impl Meshes {
             }
             for (side, pipeline) in draws.sides.iter().enumerate() {
                 cmd.pipeline(pipeline)?;
-                cmd.bind(bound)?;
                 cmd.vertices(0, &b.vertex)?;
                 cmd.indices(&b.index, vk::IndexType::UINT32)?;
                 cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_PIXEL + side), 20), 1)?;
@@ -356,26 +335,25 @@ impl Meshes {
         else {
             return Ok(());
         };
-        self.draw(frame, "meshes: veils", (view, layers, targets), |cmd, b, bound| {
-            let lit = self.picture.is_some_and(|picture| picture.lit_veils);
-            let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
+        let lit = self.picture.is_some_and(|picture| picture.lit_veils);
+        let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
+        let by_pixels = if lit { &[][..] } else { std::slice::from_ref(pipeline) };
+        self.draw(frame, "meshes: veils", (view, layers, targets), by_pixels, |cmd, b| {
             cmd.pipeline(pipeline)?;
-            if !lit {
-                cmd.bind(bound)?;
-            }
             cmd.vertices(0, &b.vertex)?;
             cmd.indices(&b.index, vk::IndexType::UINT32)?;
             cmd.draw_indexed_indirect(Data::Part(&b.draw, command(bin), 20), 1)
         })
     }
 
-    /// A pass that draws; nothing where the picture has no meshes.
+    /// A pass that draws; nothing where the picture has no meshes. `by_pixels`: pipelines that light pixels.
     fn draw(
         &self,
         frame: &mut Frame<'_>,
         name: &str,
         (view, layers, targets): (Upload, &Layers, &Targets<'_>),
-        record: impl FnOnce(&mut Cmd<'_, '_>, &Buffers, &[(u32, Resource<'_>)]) -> Result<()>,
+        by_pixels: &[Pipeline],
+        record: impl FnOnce(&mut Cmd<'_, '_>, &Buffers) -> Result<()>,
     ) -> Result<()> {
         let (Some(b), Some(picture)) = (&self.buffers, self.picture) else { return Ok(()) };
         let mut bound = vec![
@@ -384,20 +362,16 @@ impl Meshes {
             (2, picture.instances.into()),
             (3, (&b.parts).into()),
         ];
-        let mut pass = frame.pass(name);
         if self.draws.chosen().textures != 0 {
-            for texture in layers.images().into_iter().flatten() {
-                pass = pass.read(texture, Access::FragmentSampled);
-            }
             bound.extend(layers.bindings(4, Edges::Around));
         }
+        let pass = by_pixels.iter().fold(frame.pass(name), |pass, pipeline| pass.bind(pipeline, &bound));
         pass.read(&b.vertex, Access::AttributeRead)
             .read(&b.index, Access::IndexRead)
-            .read(&b.parts, Access::FragmentRead)
             .read(&b.draw, Access::IndirectRead)
             .color(targets.light, Load::Keep)
             .depth(targets.depth, DepthLoad::Keep)
-            .run(|cmd| record(cmd, b, &bound))
+            .run(|cmd| record(cmd, b))
     }
 
     /// Joints and levels of detail of a picture as lines.

@@ -1,6 +1,8 @@
 //! What the mesh passes read and write: `shaders/mesh.glsl` in Rust.
 
-use bytemuck::{Pod, Zeroable};
+use std::mem::offset_of;
+
+use crate::fibre_records::{Groups, IndexedDraw};
 
 /// [`GpuMesh::flags`]: joints are blended as dual quaternions.
 pub const DUAL: u32 = 1;
@@ -42,171 +44,183 @@ pub const SMOOTH_LIT: f32 = 4.0;
 pub const BAND: f32 = 1.15;
 /// Words of a vertex, as `mesh_skin.comp` writes them.
 pub const VERTEX_WORDS: usize = 12;
+/// [`GpuPart::bin`]: there was no room for it.
+pub const LEFT_OUT: u32 = 0x100;
 /// A level of no part.
 pub const NOT_DRAWN: u32 = u32::MAX;
 
-/// A mesh on the device.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuMesh {
-    /// In all meshes' vertices.
-    pub first_vertex: u32,
-    /// In all bones.
-    pub first_bone: u32,
-    /// In all levels.
-    pub first_level: u32,
-    /// How many it has.
-    pub level_count: u32,
-    /// In all joints at rest.
-    pub first_rest: u32,
-    /// How many it has.
-    pub joints: u32,
-    /// Bones a vertex.
-    pub influences: u32,
-    /// [`DUAL`], [`TWO_SIDED`].
-    pub flags: u32,
-    /// At rest: middle and radius [m].
-    pub bounds: [f32; 4],
+reef_gpu::record! {
+    /// A mesh on the device.
+    pub struct GpuMesh = "Mesh" {
+        /// In all meshes' vertices.
+        pub first_vertex: u32,
+        /// In all bones.
+        pub first_bone: u32,
+        /// In all levels.
+        pub first_level: u32,
+        /// How many it has.
+        pub level_count: u32,
+        /// In all joints at rest.
+        pub first_rest: u32,
+        /// How many it has.
+        pub joints: u32,
+        /// Bones a vertex.
+        pub influences: u32,
+        /// [`DUAL`], [`TWO_SIDED`].
+        pub flags: u32,
+        /// Of what is at rest [m].
+        pub center: [f32; 3],
+        /// [m].
+        pub radius: f32,
+    }
 }
 
-/// A level of detail.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuLevel {
-    /// In all indices.
-    pub first_index: u32,
-    /// Indices over three.
-    pub triangles: u32,
-    /// In its mesh.
-    pub first_vertex: u32,
-    /// How many it has.
-    pub vertices: u32,
-    /// How far it strays [m].
-    pub error: f32,
-    /// Bones that are read of each vertex.
-    pub influences: u32,
-    /// 0.
-    pub spare: [u32; 2],
+reef_gpu::record! {
+    /// A level of detail.
+    pub struct GpuLevel = "Level" {
+        /// In all indices.
+        pub first_index: u32,
+        /// Indices over three.
+        pub triangles: u32,
+        /// In its mesh.
+        pub first_vertex: u32,
+        /// How many it has.
+        pub vertices: u32,
+        /// How far it strays [m].
+        pub error: f32,
+        /// Bones that are read of each vertex.
+        pub influences: u32,
+        /// 0: records are whole texels.
+        pub end: [u32; 2],
+    }
 }
 
-/// A joint at rest.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuRest {
-    /// Unit quaternion.
-    pub rotation: [f32; 4],
-    /// Translation [m], scale.
-    pub place: [f32; 4],
-    /// Farthest that a vertex is from it [m], three of nothing.
-    pub reach: [f32; 4],
+reef_gpu::record! {
+    /// A joint at rest.
+    pub struct GpuRest = "Rest" {
+        /// Unit quaternion.
+        pub rotation: [f32; 4],
+        /// [m].
+        pub translation: [f32; 3],
+        /// A factor.
+        pub scale: f32,
+        /// Farthest that a vertex is from it [m].
+        pub reach: f32,
+        /// 0: records are whole texels.
+        pub end: [u32; 3],
+    }
 }
 
-/// A vertex at rest.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuVertex {
-    /// In the mesh [m].
-    pub position: [f32; 3],
-    /// On an octahedron.
-    pub normal: u32,
-    /// Two halves.
-    pub uv: u32,
-    /// Of tissue [m].
-    pub thickness: f32,
-    /// A factor.
-    pub glow: f32,
-    /// Roots of linear light, and opacity: 8 bits each.
-    pub color: u32,
+reef_gpu::record! {
+    /// A vertex at rest.
+    pub struct GpuVertex = "RestVertex" {
+        /// In the mesh [m].
+        pub position: [f32; 3],
+        /// On an octahedron.
+        pub normal: u32,
+        /// Two halves.
+        pub uv: u32,
+        /// Of tissue [m].
+        pub thickness: f32,
+        /// A factor.
+        pub glow: f32,
+        /// Roots of linear light, and opacity: 8 bits each.
+        pub color: u32,
+    }
 }
 
-/// An instance in one picture.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuInstance {
-    /// Index into the picture's objects.
-    pub object: u32,
-    /// Index into the meshes on the device.
-    pub mesh: u32,
-    /// Index into the picture's materials.
-    pub material: u32,
-    /// [`DRAWN_ANEW`] and those below it.
-    pub flags: u32,
-    /// Its first joint or vertex in the step before.
-    pub previous: u32,
-    /// The same in this step.
-    pub current: u32,
-    /// Joints that move it.
-    pub joints: u32,
-    /// Its first moved joint.
-    pub palette: u32,
-    /// 0: the step before, 1: this step.
-    pub blend: f32,
-    /// Of the mesh at rest.
-    pub scale: f32,
-    /// Moves patterns.
-    pub phase: f32,
-    /// [rad].
-    pub hue: f32,
-    /// Relative.
-    pub value: f32,
-    /// 1: gone.
-    pub fade: f32,
-    /// The instance whose vertices it draws.
-    pub vertices_of: u32,
-    /// What its neighbours take of the light: see [`super::stand::Canopy::shade`].
-    pub shade: u32,
-    /// Of what is drawn anew: middle and radius relative to the object's origin [m].
-    pub bounds: [f32; 4],
+reef_gpu::record! {
+    /// An instance in one picture.
+    pub struct GpuInstance = "Instance" {
+        /// Index into the picture's objects.
+        pub object: u32,
+        /// Index into the meshes on the device.
+        pub mesh: u32,
+        /// Index into the picture's materials.
+        pub material: u32,
+        /// [`DRAWN_ANEW`] and those below it.
+        pub flags: u32,
+        /// Its first joint or vertex in the step before.
+        pub previous: u32,
+        /// The same in this step.
+        pub current: u32,
+        /// Joints that move it.
+        pub joints: u32,
+        /// Its first moved joint.
+        pub palette: u32,
+        /// 0: the step before, 1: this step.
+        pub blend: f32,
+        /// Of the mesh at rest.
+        pub scale: f32,
+        /// Moves patterns.
+        pub phase: f32,
+        /// [rad].
+        pub hue: f32,
+        /// Relative.
+        pub value: f32,
+        /// 1: gone.
+        pub fade: f32,
+        /// The instance whose vertices it draws.
+        pub vertices_of: u32,
+        /// What its neighbours take of the light: see [`super::stand::Canopy::shade`].
+        pub shade: u32,
+        /// Of what is drawn anew, relative to the object's origin [m].
+        pub center: [f32; 3],
+        /// [m].
+        pub radius: f32,
+    }
 }
 
-/// An instance at one level of detail; each has two.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuPart {
-    /// In all levels; [`NOT_DRAWN`].
-    pub level: u32,
-    /// One of [`BINS`].
-    pub bin: u32,
-    /// In the picture's vertices.
-    pub first_vertex: u32,
-    /// In the picture's indices.
-    pub first_index: u32,
-    /// The object's origin relative to the eye [m].
-    pub base: [f32; 3],
-    /// Of the pixels: from, to.
-    pub shares: u32,
+reef_gpu::record! {
+    /// An instance at one level of detail; each has two.
+    pub struct GpuPart = "Part" {
+        /// In all levels; [`NOT_DRAWN`].
+        pub level: u32,
+        /// One of [`BINS`].
+        pub bin: u32,
+        /// In the picture's vertices.
+        pub first_vertex: u32,
+        /// In the picture's indices.
+        pub first_index: u32,
+        /// The object's origin relative to the eye [m].
+        pub base: [f32; 3],
+        /// Of the pixels: from, to.
+        pub shares: u32,
+    }
 }
 
-/// What the scan wrote.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct DrawCounts {
-    /// Of each bin: indices, 1, first index, 0, 0, and three of nothing.
-    pub commands: [[u32; 8]; BINS],
-    /// Work groups over the parts that are drawn, and how many these are.
-    pub groups: [u32; 4],
-    /// Work groups over all vertices.
-    pub light_groups: [u32; 4],
-    /// Vertices in all.
-    pub vertices: u32,
-    /// Triangles in all.
-    pub triangles: u32,
-    /// Parts that are drawn.
-    pub drawn: u32,
-    /// Parts that did not fit into the buffers.
-    pub left_out: u32,
+reef_gpu::record! {
+    /// What the scan wrote.
+    pub struct DrawCounts = "MeshDraws" {
+        /// Of each bin.
+        pub commands: [IndexedDraw; BINS],
+        /// Work groups over the parts that are drawn.
+        pub groups: Groups,
+        /// Work groups over all vertices.
+        pub light_groups: Groups,
+        /// Parts that are drawn, with those that did not fit.
+        pub parts: u32,
+        /// Vertices in all.
+        pub vertices: u32,
+        /// Triangles in all.
+        pub triangles: u32,
+        /// Parts that are drawn.
+        pub drawn: u32,
+        /// Parts that did not fit into the buffers.
+        pub left_out: u32,
+    }
 }
 
 /// Where a bin's draw lies in [`DrawCounts`].
 pub const fn command(bin: usize) -> u64 {
-    bin as u64 * 32
+    (offset_of!(DrawCounts, commands) + bin * size_of::<IndexedDraw>()) as u64
 }
 
 /// Where the work groups lie there.
-pub const GROUPS: u64 = BINS as u64 * 32;
+pub const GROUPS: u64 = offset_of!(DrawCounts, groups) as u64;
 
 /// Where those of the light lie.
-pub const LIGHT_GROUPS: u64 = GROUPS + 16;
+pub const LIGHT_GROUPS: u64 = offset_of!(DrawCounts, light_groups) as u64;
 
 /// What a picture drew, as it was read back.
 #[derive(Clone, Debug, Default)]
@@ -219,50 +233,50 @@ pub struct Drawn {
     pub indices: Vec<u32>,
 }
 
-/// Constants of `mesh_pose.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct PosePush {
-    pub(super) count: u32,
-    pub(super) use_lod: u32,
-    pub(super) error: f32,
-    pub(super) lit: f32,
-    pub(super) first_instance: u32,
-    pub(super) first_object: u32,
+reef_gpu::record! {
+    /// Constants of `mesh_pose.comp`.
+    pub(crate) struct PosePush = "MeshPosePush" {
+        pub(super) count: u32,
+        pub(super) use_lod: u32,
+        pub(super) error: f32,
+        pub(super) lit: f32,
+        pub(super) first_instance: u32,
+        pub(super) first_object: u32,
+    }
 }
 
-/// Constants of `mesh_scan.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct ScanPush {
-    pub(super) part_count: u32,
-    pub(super) vertex_limit: u32,
-    pub(super) index_limit: u32,
-    pub(super) groups_x: u32,
-    pub(super) first_instance: u32,
+reef_gpu::record! {
+    /// Constants of `mesh_scan.comp`.
+    pub(crate) struct ScanPush = "MeshScanPush" {
+        pub(super) part_count: u32,
+        pub(super) vertex_limit: u32,
+        pub(super) index_limit: u32,
+        pub(super) groups_x: u32,
+        pub(super) first_instance: u32,
+    }
 }
 
-/// Constants of `mesh_skin.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct SkinPush {
-    pub(super) groups_x: u32,
-    pub(super) first_instance: u32,
+reef_gpu::record! {
+    /// Constants of `mesh_skin.comp`.
+    pub(crate) struct SkinPush = "MeshSkinPush" {
+        pub(super) groups_x: u32,
+        pub(super) first_instance: u32,
+    }
 }
 
-/// Constants of `mesh_index.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct IndexPush {
-    pub(super) groups_x: u32,
-    pub(super) index_limit: u32,
-    pub(super) first_instance: u32,
+reef_gpu::record! {
+    /// Constants of `mesh_index.comp`.
+    pub(crate) struct IndexPush = "MeshIndexPush" {
+        pub(super) groups_x: u32,
+        pub(super) index_limit: u32,
+        pub(super) first_instance: u32,
+    }
 }
 
-/// Constants of `mesh_lit.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct LightPush {
-    pub(super) first_instance: u32,
-    pub(super) first_material: u32,
+reef_gpu::record! {
+    /// Constants of `mesh_lit.comp`.
+    pub(crate) struct LightPush = "MeshLightPush" {
+        pub(super) first_instance: u32,
+        pub(super) first_material: u32,
+    }
 }

@@ -171,8 +171,7 @@ impl<'a> Twin<'a> {
         lens: &'a Lens,
     ) -> Self {
         let object = &objects[instance.object as usize];
-        let origin = |v: [f32; 4]| Vec4::from(v).truncate();
-        let base = origin(object.previous).lerp(origin(object.current), instance.blend);
+        let base = Vec3::from(object.previous).lerp(Vec3::from(object.current), instance.blend);
         Self { brought, shelf, instance, base, lens }
     }
 
@@ -210,29 +209,25 @@ impl<'a> Twin<'a> {
                 return Frame { turn: q, shift: place.truncate(), scale: place.w * instance.scale };
             }
             let rest = &self.shelf.rests[(self.mesh().first_rest + j) as usize];
-            let at_rest = Vec4::from(rest.place);
+            let at_rest = Vec3::from(rest.translation);
             let turn = q * Quat::from_array(rest.rotation).conjugate();
-            let scale = place.w / at_rest.w * instance.scale;
-            Frame { turn, shift: place.truncate() - scale * (turn * at_rest.truncate()), scale }
+            let scale = place.w / rest.scale * instance.scale;
+            Frame { turn, shift: place.truncate() - scale * (turn * at_rest), scale }
         };
         (0..instance.joints).map(of).collect()
     }
 
     /// Middle and radius of what is drawn in eye space, and how much greater than at rest it is.
     fn bounds(&self, frames: &[Frame]) -> (Vec3, f32, f32) {
-        let bounds = Vec4::from(self.instance.bounds);
         if self.flag(DRAWN_ANEW) {
-            return (self.base + bounds.truncate(), bounds.w, 1.0);
+            return (self.base + Vec3::from(self.instance.center), self.instance.radius, 1.0);
         }
         let (mut low, mut high, mut stretch) = (Vec3::splat(1e30), Vec3::splat(-1e30), 0.0_f32);
         for (j, frame) in frames.iter().enumerate() {
             let rest = self.shelf.rests.get(self.mesh().first_rest as usize + j);
             let (middle, reach) = match rest.filter(|_| !self.flag(RIGID)) {
-                Some(rest) => (frame.apply(Vec4::from(rest.place).truncate()), rest.reach[0]),
-                None => {
-                    let whole = Vec4::from(self.mesh().bounds);
-                    (frame.apply(whole.truncate()), whole.w)
-                }
+                Some(rest) => (frame.apply(Vec3::from(rest.translation)), rest.reach),
+                None => (frame.apply(Vec3::from(self.mesh().center)), self.mesh().radius),
             };
             low = low.min(middle - reach * frame.scale);
             high = high.max(middle + reach * frame.scale);

@@ -126,7 +126,6 @@ impl Found {
                 roll: sprite.roll,
                 tint,
                 layer: layer.index,
-                spare: 0,
             });
         }
     }

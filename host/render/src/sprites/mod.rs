@@ -22,7 +22,6 @@ use std::{
     time::Instant,
 };
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use reef_streams::{Outputs, textures::Texture};
 
@@ -30,24 +29,22 @@ pub use found::linear;
 use found::{Batch, Found, Gaze};
 use sort::Order;
 
-/// `Sprite` of `shaders/sprite.glsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GpuSprite {
-    /// Middle relative to the eye [m].
-    pub place: [f32; 3],
-    /// Diameter [m].
-    pub size: f32,
-    /// Unit normal; zero: turned to the eye.
-    pub axis: [f32; 3],
-    /// Turn about the normal [rad].
-    pub roll: f32,
-    /// Half floats: linear colour times opacity, and opacity. For a speck times the mean of its texture.
-    pub tint: [u16; 4],
-    /// Handle of its texture.
-    pub layer: u32,
-    /// Zero.
-    pub spare: u32,
+reef_gpu::record! {
+    /// `Sprite` of `shaders/sprite.glsl`.
+    pub struct GpuSprite = "Sprite" {
+        /// Middle relative to the eye [m].
+        pub place: [f32; 3],
+        /// Diameter [m].
+        pub size: f32,
+        /// Unit normal; zero: turned to the eye.
+        pub axis: [f32; 3],
+        /// Turn about the normal [rad].
+        pub roll: f32,
+        /// Half floats: linear colour times opacity, and opacity. For a speck times the mean of its texture.
+        pub tint: [u16; 4],
+        /// Handle of its texture.
+        pub layer: u32,
+    }
 }
 
 /// What one draw is made of.
