@@ -25,6 +25,20 @@ pub fn linear_rgb(text: &str) -> Option<[f32; 3]> {
     Some(rgb)
 }
 
+/// Texels of a picture of so many across and along, four bytes each, row after row. `at` tells what is in a
+/// texel's middle: u from the left (0) to the right (1), v from the last row (0) up (1).
+pub fn texels([width, height]: [u32; 2], mut at: impl FnMut(f64, f64) -> [u8; 4]) -> Vec<u8> {
+    let middle = |number: u32, count: u32| (f64::from(number) + 0.5) / f64::from(count);
+    let mut texels = Vec::with_capacity(4 * width as usize * height as usize);
+    for row in 0..height {
+        let v = 1.0 - middle(row, height);
+        for column in 0..width {
+            texels.extend(at(middle(column, width), v));
+        }
+    }
+    texels
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -32,6 +46,18 @@ mod tests {
     #[test]
     fn bytes_come_back_from_linear_light() {
         assert!((0..=255).all(|b| byte(linear(b)) == b));
+    }
+
+    #[test]
+    fn pictures_are_asked_for_at_the_middles_of_texels_from_the_top() {
+        let mut asked = Vec::new();
+        let texels = texels([2, 4], |u, v| {
+            asked.push([u, v]);
+            [asked.len() as u8; 4]
+        });
+        assert_eq!(texels, [1, 2, 3, 4, 5, 6, 7, 8].map(|number| [number; 4]).concat());
+        assert_eq!(asked[..3], [[0.25, 0.875], [0.75, 0.875], [0.25, 0.625]]);
+        assert_eq!(asked[7], [0.75, 0.125]);
     }
 
     #[test]

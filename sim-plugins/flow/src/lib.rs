@@ -16,6 +16,7 @@ pub mod bounds;
 pub mod color;
 pub mod field;
 pub mod keyframe;
+pub mod lanes;
 pub mod limit;
 pub mod math;
 pub mod packed;

@@ -1,88 +1,10 @@
-//! Eight fish side by side, and small vectors of them.
+//! What the kernels need beside the lanes that all models share.
 
 use fearless_simd::{Select, Simd, f32x8, mask32x8, prelude::*};
-use reef_flow::simd::{mul_add, neg_mul_add};
 
-/// Fish of a pack.
-pub(crate) const WIDTH: usize = 8;
-
-/// One number of each of eight fish.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(align(32))]
-pub(crate) struct Lane(pub(crate) [f32; WIDTH]);
-
-impl Lane {
-    /// The same number eight times.
-    pub(crate) const fn all(value: f32) -> Self {
-        Self([value; WIDTH])
-    }
-}
-
-/// A vector of each of eight fish.
-pub(crate) type Vector<S> = [f32x8<S>; 3];
-
-#[inline(always)]
-pub(crate) fn load<S: Simd>(simd: S, lane: &Lane) -> f32x8<S> {
-    f32x8::simd_from(simd, lane.0)
-}
-
-#[inline(always)]
-pub(crate) fn store<S: Simd>(lane: &mut Lane, value: f32x8<S>) {
-    lane.0 = value.into();
-}
-
-#[inline(always)]
-pub(crate) fn load3<S: Simd>(simd: S, [x, y, z]: &[Lane; 3]) -> Vector<S> {
-    [load(simd, x), load(simd, y), load(simd, z)]
-}
-
-#[inline(always)]
-pub(crate) fn store3<S: Simd>([x, y, z]: &mut [Lane; 3], value: Vector<S>) {
-    store(x, value[0]);
-    store(y, value[1]);
-    store(z, value[2]);
-}
-
-#[inline(always)]
-pub(crate) fn add<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-pub(crate) fn sub<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub(crate) fn scale<S: Simd>(a: Vector<S>, by: f32x8<S>) -> Vector<S> {
-    [a[0] * by, a[1] * by, a[2] * by]
-}
-
-/// a + b · by.
-#[inline(always)]
-pub(crate) fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, by: f32x8<S>) -> Vector<S> {
-    [mul_add(b[0], by, a[0]), mul_add(b[1], by, a[1]), mul_add(b[2], by, a[2])]
-}
-
-/// a − b · by.
-#[inline(always)]
-pub(crate) fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, by: f32x8<S>) -> Vector<S> {
-    [neg_mul_add(b[0], by, a[0]), neg_mul_add(b[1], by, a[1]), neg_mul_add(b[2], by, a[2])]
-}
-
-#[inline(always)]
-pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x8<S> {
-    mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
-}
-
-#[inline(always)]
-pub(crate) fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [
-        neg_mul_add(a[2], b[1], a[1] * b[2]),
-        neg_mul_add(a[0], b[2], a[2] * b[0]),
-        neg_mul_add(a[1], b[0], a[0] * b[1]),
-    ]
-}
+pub(crate) use reef_flow::lanes::{
+    Lane, Vector, WIDTH, add, add_scaled, cross, dot, load, load3, scale, store, store3, sub, sub_scaled,
+};
 
 /// A vector of length 1 along each; where there is hardly any, `otherwise`.
 #[inline(always)]

@@ -3,7 +3,7 @@
 //! From left to right: from the back to the belly of either side, then from the fins' roots to their edges,
 //! then the iris. From the last row up: from the nose to the tail fin's edge.
 
-use reef_flow::random::mix;
+use reef_flow::{color::texels, random::mix};
 
 use crate::look::{Look, Pattern};
 
@@ -45,16 +45,10 @@ pub struct Picture {
 /// Paints a species whose last section is at a share of its length.
 pub fn paint(look: &Look, last: f64) -> Picture {
     let paints = Paints::new(look, last as f32);
-    let [width, height] = SIZE;
-    let mut texels = Vec::with_capacity((width * height * 4) as usize);
-    for row in 0..height {
-        let v = 1.0 - (row as f32 + 0.5) / height as f32;
-        for column in 0..width {
-            let u = (column as f32 + 0.5) / width as f32;
-            let color = paints.at(u, v).map(|x| (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8);
-            texels.extend([color[0], color[1], color[2], 255]);
-        }
-    }
+    let texels = texels(SIZE, |u, v| {
+        let [r, g, b] = paints.at(u as f32, v as f32).map(|x| (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8);
+        [r, g, b, 255]
+    });
     Picture { texels }
 }
 

@@ -5,7 +5,7 @@
 //! inner one, as the mesh's v goes.
 
 use reef_flow::{
-    color::{byte, linear_rgb},
+    color::{byte, linear_rgb, texels},
     math::smoothstep,
 };
 
@@ -117,16 +117,9 @@ impl Paint {
 
     /// The texels, four bytes each, [`SIZE`] of them, sRGB.
     pub fn texels(&self) -> Vec<u8> {
-        let [width, height] = SIZE;
-        let mut texels = Vec::with_capacity((width * height * 4) as usize);
-        for row in 0..height {
-            let v = 1.0 - (f64::from(row) + 0.5) / f64::from(height);
-            for column in 0..width {
-                let color = self.color((f64::from(column) + 0.5) / f64::from(width), v);
-                texels.extend(color.map(byte));
-                texels.push(255);
-            }
-        }
-        texels
+        texels(SIZE, |u, v| {
+            let [r, g, b] = self.color(u, v).map(byte);
+            [r, g, b, 255]
+        })
     }
 }

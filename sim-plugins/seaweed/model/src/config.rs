@@ -8,8 +8,8 @@ use crate::species::Species;
 
 /// Most plants, those of beds included.
 pub const MOST_PLANTS: u64 = 20_000;
-/// Most segments in all.
-pub const MOST_JOINTS: u64 = 2_000_000;
+/// Most segments of all plants together.
+pub const MOST_SEGMENTS: u64 = 2_000_000;
 
 /// What the seaweed module puts into a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! Colours: of materials, of a mesh's vertices, and how individuals differ.
 
 use reef_flow::color::{byte, linear_rgb};
-use reef_sdk::abi::{self, Material};
+use reef_sdk::abi::Material;
 
 use crate::{mesh::AGES, sow::Traits, species::Species};
 
@@ -79,14 +79,9 @@ pub(crate) fn material(species: &Species, age: usize, texture: u32) -> Material 
     let palette = Palette::new(species, age);
     let with = |[r, g, b]: [f32; 3], last: f32| [r, g, b, last];
     let painted = texture != 0;
-    let blotched = !painted && species.stem.tissue.width.max(species.blades.tissue.width) > 0.03;
     Material {
         base: with(palette.base, 1.0),
         tip: with(palette.tip, TIP),
-        accent: with(mixed(palette.base, OVERGROWN, 0.6), 0.15 + 0.3 * palette.ripe),
-        pattern: if blotched { abi::PATTERN_BLOTCHES } else { abi::PATTERN_NONE },
-        pattern_scale: 22.0,
-        pattern_softness: 0.9,
         texture,
         translucency: species.look.translucency as f32,
         wrap: 0.5,

@@ -4,7 +4,7 @@
 //! From left to right: from one edge to the other. From the last row up: from the root to the tip.
 
 use reef_flow::{
-    color::byte,
+    color::{byte, texels},
     math::{sin_f64, smoothstep},
     random::mix,
 };
@@ -34,19 +34,12 @@ pub fn is_painted(species: &Species) -> bool {
 
 /// Texels of a species at an age from 0 to [`crate::mesh::AGES`] − 1: sRGB with alpha, row after row.
 pub fn paint(species: &Species, age: usize) -> Vec<u8> {
-    let [width, height] = SIZE;
     let paints = Paints { species, palette: Palette::new(species, age), seed: mix(0xb1ade ^ age as u64) };
-    let mut texels = Vec::with_capacity((width * height * 4) as usize);
-    for row in 0..height {
-        let v = 1.0 - (f64::from(row) + 0.5) / f64::from(height);
-        for column in 0..width {
-            let u = 2.0 * (f64::from(column) + 0.5) / f64::from(width) - 1.0;
-            let color = paints.at(u, v);
-            texels.extend(color.map(byte));
-            texels.push(if paints.torn(u, v) { 0 } else { 255 });
-        }
-    }
-    texels
+    texels(SIZE, |u, v| {
+        let u = 2.0 * u - 1.0;
+        let [r, g, b] = paints.at(u, v).map(byte);
+        [r, g, b, if paints.torn(u, v) { 0 } else { 255 }]
+    })
 }
 
 struct Paints<'a> {

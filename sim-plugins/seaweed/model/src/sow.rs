@@ -9,7 +9,7 @@
 //! which places up to two apart along both axes differ by a tenth of the whole range or more, less a little
 //! chance.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use glam::{DVec2, DVec3, Vec3};
 use reef_flow::random::{Random, mix};
@@ -17,7 +17,7 @@ use reef_sdk::{ConfigError, Heightfield, SceneInfo, abi::Obstacle, ranges};
 
 use crate::{
     bed::{Kind, Plant, ground_at},
-    config::{BedTable, Config, MOST_JOINTS, MOST_PLANTS, On, Single},
+    config::{BedTable, Config, MOST_PLANTS, MOST_SEGMENTS, On, Single},
     grow::{self, Limb, MOST_GROWN},
     modelled::{Model, Unmodelled},
     skeleton::Skeleton,
@@ -79,7 +79,7 @@ pub(crate) enum Form {
     /// Limbs that grow from the table.
     Grown(Vec<Limb>),
     /// A mesh from a file.
-    Modelled(Box<Model>),
+    Modelled(Arc<Model>),
 }
 
 /// Gives the bytes of a file of the module's own, by its name.
@@ -423,21 +423,21 @@ fn check_bed(bed: &BedTable, path: &str) -> Result<(), ConfigError> {
 #[derive(Default)]
 struct Count {
     plants: u64,
-    joints: u64,
+    segments: u64,
 }
 
 impl Count {
     fn add(&mut self, plants: u64, segments: u64, path: &str) -> Result<(), ConfigError> {
         self.plants = self.plants.saturating_add(plants);
-        self.joints = self.joints.saturating_add(plants.saturating_mul(segments));
+        self.segments = self.segments.saturating_add(plants.saturating_mul(segments));
         let refuse = |problem: String| Err(ConfigError::new(path, problem));
         if self.plants > MOST_PLANTS {
             return refuse(format!("brings the scene to {} plants; the limit is {MOST_PLANTS}", self.plants));
         }
-        if self.joints > MOST_JOINTS {
+        if self.segments > MOST_SEGMENTS {
             return refuse(format!(
-                "brings the scene to {} segments; the limit is {MOST_JOINTS}",
-                self.joints
+                "brings the scene to {} segments; the limit is {MOST_SEGMENTS}",
+                self.segments
             ));
         }
         Ok(())
@@ -493,5 +493,5 @@ fn model(
     }
     let skeleton =
         Skeleton::new(&segments).map_err(|error| at("skeleton", format!("{}: {error}", species.skeleton)))?;
-    Ok((skeleton, Form::Modelled(Box::new(model))))
+    Ok((skeleton, Form::Modelled(Arc::new(model))))
 }

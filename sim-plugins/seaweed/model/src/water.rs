@@ -23,10 +23,10 @@ pub struct Water<'a> {
     pub share: f32,
 }
 
-/// The water at eight points.
+/// What water does at eight points: waves alone, or waves and currents.
 #[derive(Clone, Copy, Debug)]
 pub struct Felt<V> {
-    /// Currents and orbits [m/s].
+    /// Of orbits, and of currents where they are in it [m/s].
     pub velocity: [V; 3],
     /// Second time derivative of the orbits [m/s²].
     pub acceleration: [V; 3],
@@ -38,17 +38,6 @@ pub struct Felt<V> {
 /// makes it infinite.
 const FASTEST: f32 = 100.0;
 
-/// What the waves do at eight points.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Swell<V> {
-    /// [m/s]
-    pub(crate) velocity: [V; 3],
-    /// [m/s²]
-    pub(crate) acceleration: [V; 3],
-    /// [m]
-    pub(crate) rise: V,
-}
-
 /// Currents at eight points [m, relative to the anchor].
 #[inline(always)]
 pub(crate) fn current<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
@@ -57,14 +46,14 @@ pub(crate) fn current<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> 
 
 /// Waves at eight points [m, relative to the anchor].
 #[inline(always)]
-pub(crate) fn swell<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> Swell<f32x8<S>> {
+pub(crate) fn swell<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> Felt<f32x8<S>> {
     let zero = splat(simd, 0.0);
     if water.trains.is_empty() {
-        return Swell { velocity: [zero; 3], acceleration: [zero; 3], rise: zero };
+        return Felt { velocity: [zero; 3], acceleration: [zero; 3], rise: zero };
     }
     let orbit = orbit(simd, water.trains, water.count, p);
     let share = splat(simd, water.share);
-    Swell {
+    Felt {
         velocity: orbit.velocity.map(|v| share * v),
         acceleration: orbit.acceleration.map(|a| share * a),
         rise: share * orbit.displacement[1],
@@ -73,7 +62,7 @@ pub(crate) fn swell<S: Simd>(simd: S, water: &Water<'_>, p: [f32x8<S>; 3]) -> Sw
 
 /// The water where there are such currents and such waves.
 #[inline(always)]
-pub(crate) fn together<S: Simd>(simd: S, current: [f32x8<S>; 3], swell: &Swell<f32x8<S>>) -> Felt<f32x8<S>> {
+pub(crate) fn together<S: Simd>(simd: S, current: [f32x8<S>; 3], swell: &Felt<f32x8<S>>) -> Felt<f32x8<S>> {
     let (mut velocity, mut acceleration) = (current, swell.acceleration);
     for axis in 0..3 {
         velocity[axis] = bounded(simd, velocity[axis] + swell.velocity[axis]);

@@ -10,7 +10,7 @@ use crate::{
         Vector, add_scaled, dot, length, load, load3, mix, scale, smooth, store, store3, sub, sub_scaled,
     },
     skeleton::Joint,
-    water::{Felt, Swell, current, felt, swell, together},
+    water::{Felt, current, felt, swell, together},
 };
 
 /// A capsule that nothing should enter, relative to the anchor.
@@ -169,7 +169,7 @@ pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &St
         }
         let half = acting.size * splat(simd, 0.5 * joint.length);
         let place = add_scaled(load3(simd, &node.origin), load3(simd, &node.y), half);
-        if feels || (needs.mixed && joint.far == number) {
+        if feels {
             store3(&mut node.velocity, current(simd, &pass.water, place));
         }
         if waves {
@@ -210,8 +210,8 @@ struct Shares<S: Simd> {
 
 /// The waves where they are evaluated.
 #[inline(always)]
-fn waves_at<S: Simd>(simd: S, node: &Node) -> Swell<f32x8<S>> {
-    Swell {
+fn waves_at<S: Simd>(simd: S, node: &Node) -> Felt<f32x8<S>> {
+    Felt {
         velocity: load3(simd, &node.orbit),
         acceleration: load3(simd, &node.acceleration),
         rise: load(simd, &node.rise),

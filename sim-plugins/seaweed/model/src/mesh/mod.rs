@@ -28,6 +28,7 @@ use crate::{
 pub(crate) use spine::BONES;
 use spine::{Spine, Spot};
 pub(crate) use stock::Stock;
+pub(crate) use tube::ROUND;
 
 /// Meshes of a species, from young plants to old ones.
 pub const AGES: usize = 3;
@@ -248,15 +249,16 @@ impl Draft<'_> {
         self.shape.weights.extend(spot.weights.map(|weight| weight as f32));
         self.shape.vertices.len() as u32 - 1
     }
+}
 
-    /// Triangles between rows of vertices that follow one another: `columns` quads a row.
-    fn rows(&mut self, first: u32, rows: u32, columns: u32) {
-        for row in 0..rows {
-            for column in 0..columns {
-                let a = first + row * (columns + 1) + column;
-                let b = a + columns + 1;
-                self.shape.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
-            }
+/// Adds the triangles of a grid of vertices that follow one another, row after row: `rows` by `columns`
+/// quads.
+pub(crate) fn quads(indices: &mut Vec<u32>, first: u32, rows: u32, columns: u32) {
+    for row in 0..rows {
+        for column in 0..columns {
+            let a = first + row * (columns + 1) + column;
+            let b = a + columns + 1;
+            indices.extend([a, a + 1, b + 1, a, b + 1, b]);
         }
     }
 }

@@ -9,7 +9,7 @@ use reef_flow::{
 };
 
 use super::{
-    Draft, Tissue, Waves,
+    Draft, Tissue, Waves, quads,
     spine::{Spine, Spot},
 };
 use crate::grow::{Limb, Part};
@@ -184,7 +184,7 @@ impl Draft<'_> {
             let tissue = self.skin(number, &sheet, (share(row), side(column)), normal);
             self.vertex(*place, spot, &tissue);
         }
-        self.rows(first, rows, columns);
+        quads(&mut self.shape.indices, first, rows, columns);
     }
 
     /// Quads along and across.

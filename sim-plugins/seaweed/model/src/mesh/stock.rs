@@ -19,6 +19,8 @@ pub(crate) struct Stock {
     shapes: Vec<Shape>,
     /// Age by age; none where blades are too narrow for one.
     pictures: Vec<Vec<u8>>,
+    /// Whether some picture has holes.
+    torn: bool,
 }
 
 impl Stock {
@@ -29,8 +31,9 @@ impl Stock {
                 Form::Modelled(model) => vec![modelled::shape(model, species, skeleton)],
             };
             let ages = if paint::is_painted(species) { AGES } else { 0 };
-            let pictures = (0..ages).map(|age| paint::paint(species, age)).collect();
-            Ok::<_, Infallible>(Self { species: species.clone(), form: form.clone(), shapes, pictures })
+            let pictures: Vec<Vec<u8>> = (0..ages).map(|age| paint::paint(species, age)).collect();
+            let torn = pictures.iter().flat_map(|picture| picture.chunks_exact(4)).any(|texel| texel[3] == 0);
+            Ok::<_, Infallible>(Self { species: species.clone(), form: form.clone(), shapes, pictures, torn })
         };
         let Ok(stock) = KNOWN.get(|stock| stock.species == *species && stock.form == *form, grow);
         stock
@@ -43,7 +46,7 @@ impl Stock {
 
     /// Whether some picture has holes.
     pub(crate) fn torn(&self) -> bool {
-        self.pictures.iter().flat_map(|picture| picture.chunks_exact(4)).any(|texel| texel[3] == 0)
+        self.torn
     }
 
     /// Age by age; a single one is that of all ages.

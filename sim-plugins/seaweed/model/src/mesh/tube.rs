@@ -5,7 +5,7 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use reef_flow::{math::cos_sin_f64, waves::GRAVITY};
 
-use super::{Draft, Tissue, Waves, spine::Spine};
+use super::{Draft, Tissue, Waves, quads, spine::Spine};
 use crate::grow::{Limb, Part};
 
 /// What a cubic metre of sea water weighs [N/m³].
@@ -17,7 +17,7 @@ const SLENDER: f64 = 2.2;
 const WALL: f64 = 0.002;
 
 /// Where on a blade's picture what is round has its colours: beside midrib and edges.
-const ROUND: f64 = 0.3;
+pub(crate) const ROUND: f64 = 0.3;
 
 /// A row of a tube: where, its way up, radius, and the radius's slope along the way up.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +106,7 @@ impl Draft<'_> {
                 self.vertex(spot.place + ring.off + out * ring.radius, &spot, &tissue);
             }
         }
-        self.rows(first, rings.len() as u32 - 1, sides);
+        quads(&mut self.shape.indices, first, rings.len() as u32 - 1, sides);
     }
 
     /// The claw at the root: roots that spread over the ground.
@@ -146,7 +146,7 @@ impl Draft<'_> {
                     self.vertex(place + aside * (half * side) + up * low, &spot, &tissue);
                 }
             }
-            self.rows(first, rows, 2);
+            quads(&mut self.shape.indices, first, rows, 2);
         }
     }
 }

@@ -14,7 +14,8 @@ use gltf_json::scene::Node;
 use super::file::{Fault, File};
 use crate::{grow::piece, skeleton::Segment, species::Tissue};
 
-/// Most joints of a file: each makes two segments or three.
+/// Most joints of a file. Each makes two segments, and a third where a gap is bridged; of those a plant has
+/// at most [`crate::grow::MOST_GROWN`].
 pub const MOST_JOINTS: usize = 128;
 
 /// So much of a joint's name counts [characters].
@@ -229,6 +230,11 @@ pub(super) fn measure(bones: &mut [Bone], ends: &[f64]) -> Result<(), Fault> {
     Ok(())
 }
 
+/// The longest way from the root to the end of a bone [m].
+pub(super) fn whole(bones: &[Bone]) -> f64 {
+    bones.iter().map(|bone| bone.along + bone.length).fold(SHORTEST, f64::max)
+}
+
 /// A way as θ about the parent's Y and φ about its own X, from the parent's base.
 fn turn_to(base: DQuat, way: DVec3) -> (f64, f64) {
     let own = base.inverse() * way;
@@ -246,7 +252,7 @@ struct Growing {
 impl Growing {
     /// Adds a segment that points somewhere, or where `turn` turns it; its number.
     fn add(&mut self, parent: Option<(usize, f64)>, (theta, phi): (f64, f64), segment: Segment) -> usize {
-        let base = parent.map_or(DQuat::IDENTITY, |(parent, _)| self.bases[parent]);
+        let base = self.base(parent);
         self.bases.push((base * DQuat::from_rotation_y(theta) * DQuat::from_rotation_x(phi)).normalize());
         let (parent, height) = (parent.map(|(parent, _)| parent), parent.map_or(0.0, |(_, height)| height));
         self.segments.push(Segment { parent, height, theta, phi, ..segment });
@@ -264,7 +270,7 @@ pub(super) fn segments<'a>(
     bones: &[Bone],
     tissue_of: impl Fn(usize) -> (&'a Tissue, f64),
 ) -> (Vec<Segment>, Vec<usize>) {
-    let whole = bones.iter().map(|bone| bone.along + bone.length).fold(SHORTEST, f64::max);
+    let whole = whole(bones);
     let mut plant = Growing { segments: Vec::new(), bases: Vec::new() };
     let mut moving: Vec<usize> = Vec::with_capacity(bones.len());
     for (number, bone) in bones.iter().enumerate() {
@@ -276,15 +282,12 @@ pub(super) fn segments<'a>(
             damping: joint.damping * stiffer,
             ..piece(tissue, share * bone.length, up)
         };
-        let mut on = bone.parent.map(|parent| {
-            let below = &bones[parent];
-            let along = (bone.origin - below.origin).dot(below.up).clamp(0.0, below.length);
-            let (rest, first) = (moving[parent], KNUCKLE * below.length);
-            if along < first { (rest - 1, along) } else { (rest, along - first) }
-        });
+        let mut on = None;
         if let Some(parent) = bone.parent {
             let below = &bones[parent];
             let along = (bone.origin - below.origin).dot(below.up).clamp(0.0, below.length);
+            let (rest, first) = (moving[parent], KNUCKLE * below.length);
+            on = Some(if along < first { (rest - 1, along) } else { (rest, along - first) });
             let way = bone.origin - (below.origin + below.up * along);
             let gap = way.length();
             if gap > (BESIDE * below.length).max(SHORTEST) {

@@ -7,10 +7,10 @@ use glam::{DVec2, DVec3};
 use reef_flow::math::cos_sin_f64;
 use reef_sdk::abi::{MeshLevel, MeshVertex, pack_normal};
 
-use super::{Bone, Corner, Model, Skin};
+use super::{Bone, Corner, Model, Skin, rig::whole};
 use crate::{
     looks::Palette,
-    mesh::{BONES, Shape, rest_joints, stray},
+    mesh::{BONES, ROUND, Shape, quads, rest_joints, stray},
     skeleton::Skeleton,
     species::{Species, Tissue},
 };
@@ -20,8 +20,8 @@ use crate::{
 const COARSER: [(f64, u32); 3] = [(1.0 / 96.0, 2), (1.0 / 40.0, 2), (1.0 / 16.0, 1)];
 
 /// Sides of a bone that is round, and its rows.
-const SIDES: usize = 5;
-const ROWS: usize = 3;
+const SIDES: u32 = 5;
+const ROWS: u32 = 3;
 
 /// What is wider than so many times its thickness is flat.
 pub(crate) const FLAT: f64 = 2.2;
@@ -30,12 +30,12 @@ pub(crate) const FLAT: f64 = 2.2;
 pub(crate) fn shape(model: &Model, species: &Species, skeleton: &Skeleton) -> Shape {
     let palette = Palette::new(species, 0);
     let mut shape = Shape { rest: rest_joints(&skeleton.rest()), ..Shape::default() };
-    let whole = model.bones.iter().map(|bone| bone.along + bone.length).fold(1e-9, f64::max);
+    let whole = whole(&model.bones);
     let vertex = |shape: &mut Shape, corner: &Corner| {
         let bone = &model.bones[corner.bones[0]];
         let tissue = model.tissue(species, corner.bones[0]);
         let up = bone.along + (corner.place - bone.origin).dot(bone.up);
-        let uv = corner.uv.unwrap_or(DVec2::new(0.5, (up / whole).clamp(0.0, 1.0)));
+        let uv = corner.uv.unwrap_or(DVec2::new(ROUND, (up / whole).clamp(0.0, 1.0)));
         let stem = if tissue.width <= FLAT * tissue.thickness { 1.0 } else { 0.0 };
         shape.vertices.push(MeshVertex {
             position: corner.place.as_vec3().to_array(),
@@ -109,6 +109,7 @@ fn clustered(skin: &Skin, cell: f64) -> (Vec<u32>, Vec<u32>) {
 /// Tubes or ribbons along bones that have no mesh.
 pub(super) fn along<'a>(bones: &[Bone], tissue_of: impl Fn(usize) -> &'a Tissue) -> Skin {
     let mut skin = Skin::default();
+    let whole = whole(bones);
     for (number, bone) in bones.iter().enumerate() {
         let tissue = tissue_of(number);
         let goes_on = |other: &Bone, end: DVec3| other.origin.distance(end) < 0.02 * bone.length;
@@ -125,7 +126,7 @@ pub(super) fn along<'a>(bones: &[Bone], tissue_of: impl Fn(usize) -> &'a Tissue)
         let sides = if flat { 1 } else { SIDES };
         let first = skin.corners.len() as u32;
         for row in 0..=ROWS {
-            let t = row as f64 / ROWS as f64;
+            let t = f64::from(row) / f64::from(ROWS);
             // Both sides of a joint move its ring alike.
             let (other, share) = match (below, above) {
                 (Some(below), _) if row == 0 => (below, 0.5),
@@ -134,7 +135,7 @@ pub(super) fn along<'a>(bones: &[Bone], tissue_of: impl Fn(usize) -> &'a Tissue)
             };
             let taper = if above.is_none() { (1.0 - t * t * t).max(0.1) } else { 1.0 };
             for side in 0..=sides {
-                let u = side as f64 / sides as f64;
+                let u = f64::from(side) / f64::from(sides);
                 let (cos, sin) = cos_sin_f64(core::f64::consts::TAU * u);
                 let (way, normal) = match flat {
                     true => (across * (2.0 * u - 1.0), out),
@@ -143,20 +144,15 @@ pub(super) fn along<'a>(bones: &[Bone], tissue_of: impl Fn(usize) -> &'a Tissue)
                 skin.corners.push(Corner {
                     place: bone.origin + bone.up * (t * bone.length) + way * (0.5 * tissue.width * taper),
                     normal,
-                    uv: None,
+                    // A flat one shows the whole picture's width.
+                    uv: flat.then(|| DVec2::new(u, ((bone.along + t * bone.length) / whole).min(1.0))),
                     color: [1.0; 3],
                     bones: [number, other, number, number],
                     weights: [1.0 - share, share, 0.0, 0.0],
                 });
             }
         }
-        for row in 0..ROWS as u32 {
-            for column in 0..sides as u32 {
-                let a = first + row * (sides as u32 + 1) + column;
-                let b = a + sides as u32 + 1;
-                skin.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
-            }
-        }
+        quads(&mut skin.indices, first, ROWS, sides);
     }
     skin
 }

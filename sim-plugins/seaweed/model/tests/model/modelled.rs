@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, process::Command};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use reef_flow::random::Random;
 use reef_seaweed_model::{
     bed::{Bed, Kind},
@@ -74,6 +74,7 @@ fn sea_palm(species: &Species) -> (Model, Skeleton) {
 fn joints_stand_at_rest_where_blender_shows_them() {
     let (model, skeleton) = sea_palm(&species("sea-palm"));
     assert_eq!(model.bones.len(), 4 + 8 * 3);
+    assert_eq!(model.bones.len(), model.moving.len());
     let rest = skeleton.rest();
     for (bone, segment) in model.bones.iter().zip(&model.moving) {
         let (origin, turn) = rest[*segment];
@@ -187,6 +188,11 @@ fn joints_without_a_mesh_get_one_along_their_bones() {
     };
     let widest = model.skin.corners.iter().map(off).fold(0.0, f64::max);
     assert!((widest - 0.025).abs() < 1e-6, "as wide as its tissue, {widest}");
+    // Its ribbons show the whole picture: from edge to edge, and from the root to the tips.
+    let uvs: Vec<DVec2> = model.skin.corners.iter().filter_map(|corner| corner.uv).collect();
+    assert_eq!(uvs.len(), model.skin.corners.len());
+    let (low, high) = uvs.iter().fold((DVec2::MAX, DVec2::MIN), |(l, h), uv| (l.min(*uv), h.max(*uv)));
+    assert_eq!((low, high), (DVec2::ZERO, DVec2::ONE));
 }
 
 #[test]
@@ -396,7 +402,8 @@ fn what_blender_writes_today_is_the_same_plant() {
     let _ = std::fs::remove_file(&out);
     let (now, _) = Model::read(&bytes, &any()).expect("a plant");
     let (then, _) = sea_palm(&any());
-    assert_eq!(now.skin.indices.len(), then.skin.indices.len());
+    assert_eq!(now.skin.indices, then.skin.indices);
+    assert_eq!([now.bones.len(), now.skin.corners.len()], [then.bones.len(), then.skin.corners.len()]);
     for (a, b) in now.bones.iter().zip(&then.bones) {
         assert!(a.name == b.name && a.origin.distance(b.origin) < 1e-5, "{a:?}\n{b:?}");
     }
