@@ -99,6 +99,7 @@ impl Plugin for Swimmers {
             bed: None,
             waves: Waves::default(),
             obstacles: &[],
+            strangers: &[],
             surface: 0.0,
             hosts: &[],
             eye: DVec3::new(0.0, -DEPTH, 0.0),

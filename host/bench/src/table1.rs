@@ -154,7 +154,7 @@ fn cell(common: &Common, plugins: &Registry, row: &Row, distance: f64) -> Result
     let mut world = world(common, plugins, SCENE, |_| ())?;
     switch(&mut world, row.trains, row.levels);
     let (eye, target) = (DVec3::new(0.3, -1.0, FACE + distance), DVec3::new(0.0, -1.0, 0.0));
-    let pose = CameraPose { position: eye, rotation: camera::look(eye, target), ..world.frame().camera };
+    let pose = CameraPose { position: eye, rotation: camera::facing(eye, target), ..world.frame().camera };
     world.set_camera(Some(pose));
     warm(&mut world, WARM_STEPS)?;
     Ok(world)

@@ -44,7 +44,7 @@ impl ShaderWatch {
             let mut guard = stopped.lock().unwrap_or_else(PoisonError::into_inner);
             while !*guard {
                 drop(guard);
-                eye.look();
+                eye.poll();
                 guard = stopped.lock().unwrap_or_else(PoisonError::into_inner);
                 if !*guard {
                     guard = bell.wait_timeout(guard, PAUSE).unwrap_or_else(PoisonError::into_inner).0;
@@ -85,7 +85,7 @@ struct Eye {
 
 impl Eye {
     /// Compiles what changed since the last look.
-    fn look(&mut self) {
+    fn poll(&mut self) {
         let stamps = stamps(&self.folder);
         if self.stamps.as_ref() == Some(&stamps) {
             return;

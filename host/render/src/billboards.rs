@@ -105,7 +105,7 @@ impl Billboards {
         let sizes = Sizes { least, speck: if widest >= speck { speck } else { 0.0 } };
         let catalogue = layers.catalogue();
         let lying = (|texture: &_| catalogue.of(texture), catalogue.dot());
-        self.seen.look(&sea.outputs, (&lens.sprites(), back, sizes), lying);
+        self.seen.cull(&sea.outputs, (&lens.sprites(), back, sizes), lying);
         let quads = self.seen.draws.iter().filter(|(kind, _)| *kind == Kind::Quad);
         let most = quads.map(|(_, range)| range.len()).max().unwrap_or(0);
         self.reserve(most)?;

@@ -28,7 +28,7 @@ fn seen(outputs: Outputs) -> Seen {
     let mut seen = Seen::default();
     let catalogue = Catalogue::default();
     let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
-    seen.look(&frame.outputs, (&lens.sprites(), 1.0 / 120.0, SIZES), layers);
+    seen.cull(&frame.outputs, (&lens.sprites(), 1.0 / 120.0, SIZES), layers);
     seen
 }
 
@@ -106,7 +106,7 @@ fn threads_change_nothing() {
     let catalogue = Catalogue::default();
     let look = |seen: &mut Seen, threads: usize| {
         let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
-        seen.look_with(threads, &all, (&lens().sprites(), 1.0 / 120.0, SIZES), layers);
+        seen.cull_with(threads, &all, (&lens().sprites(), 1.0 / 120.0, SIZES), layers);
     };
     let (mut alone, mut shared) = (Seen::default(), Seen::default());
     look(&mut alone, 1);
@@ -162,7 +162,7 @@ fn no_sprite_comes_or_goes_in_one_frame() {
                     let lens = Lens::new(&pose, [640, 360], 30.0);
                     let layers = (|texture: &_| catalogue.of(texture), catalogue.dot());
                     let view = (&lens.sprites(), 0.0, Sizes { least: 1.5, speck: 0.0 });
-                    seen.look_with(1, &cloud, view, layers);
+                    seen.cull_with(1, &cloud, view, layers);
                     let place = (DVec3::new(aside, -2.0, -3.0) - eye).as_vec3();
                     let visible = reaches_into_the_picture(place, 0.5 * size, &lens);
                     // Opacity as a half float: of the cloud where it is in the picture.

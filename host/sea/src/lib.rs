@@ -6,6 +6,6 @@ pub mod scene;
 pub mod step;
 
 pub use step::{
-    sea::{Options, World, WorldError},
     timeline::{Blend, Timeline},
+    world::{Options, World, WorldError},
 };

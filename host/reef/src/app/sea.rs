@@ -193,7 +193,7 @@ impl Sea {
         if tended.edited {
             self.timeline.jump();
         } else if tended.swapped && self.timeline.paused {
-            self.timeline.look_again();
+            self.timeline.show_newest();
         }
         if tended.swapped || tended.edited {
             self.blend = self.timeline.blend();

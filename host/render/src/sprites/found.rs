@@ -68,7 +68,7 @@ impl Found {
         self.sprites.clear();
     }
 
-    pub fn look(&mut self, batch: &Batch<'_>, gaze: &Gaze) {
+    pub fn cull(&mut self, batch: &Batch<'_>, gaze: &Gaze) {
         let Gaze { eye, sizes, .. } = gaze;
         let [nearest, farthest] = eye.depths;
         // Neighbours share texture and colour.

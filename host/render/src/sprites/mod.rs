@@ -130,18 +130,18 @@ struct Whose {
 impl Seen {
     /// Looks at a step's sprites. `back`: how long before the end of the step the picture is taken [s];
     /// `layer`: of a texture; `dot`: of none.
-    pub fn look(
+    pub fn cull(
         &mut self,
         outputs: &[impl AsRef<Outputs> + Sync],
         (eye, back, sizes): (&Eye, f32, Sizes),
         (layer, dot): (impl Fn(&Texture) -> Layer, Layer),
     ) {
         let threads = thread::available_parallelism().map_or(1, |n| n.get()).min(MOST_THREADS);
-        self.look_with(threads, outputs, (eye, back, sizes), (layer, dot));
+        self.cull_with(threads, outputs, (eye, back, sizes), (layer, dot));
     }
 
     /// As [`Seen::look`], with so many threads at most: they change nothing.
-    pub fn look_with(
+    pub fn cull_with(
         &mut self,
         threads: usize,
         outputs: &[impl AsRef<Outputs> + Sync],
@@ -192,7 +192,7 @@ impl Seen {
                     layers: &own_layers[whose.layers.clone()],
                     dot,
                 };
-                found.look(&batch, &gaze);
+                found.cull(&batch, &gaze);
                 skip -= from;
                 left -= to - from;
             }

@@ -12,8 +12,8 @@ use crate::{
         exchange::Exchange,
         journal::{Input, ParamInput},
         member::{Member, instance_of},
-        sea::{World, WorldError},
         setting::Setting,
+        world::{World, WorldError},
     },
 };
 
@@ -157,8 +157,8 @@ impl World {
             self.hands.let_go();
         }
         self.clock.dt = scene.file.scene.dt;
-        self.settle(setting, exchange);
-        self.look_after(heard, World::look_again);
+        self.install(setting, exchange);
+        self.refresh_after(heard, World::refresh_new);
         for (at, (id, value)) in wanted {
             let member = &self.members[at];
             let param = member.instance.info().params.iter().find(|param| param.id == id);

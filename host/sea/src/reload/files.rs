@@ -88,7 +88,7 @@ struct Dirty {
 struct Known {
     /// Of what was there when the watch began.
     stamp: Option<Stamp>,
-    /// Of what was there at the last look; None: nothing was.
+    /// Of what was there at the last poll; None: nothing was.
     seen: Option<Stamp>,
     /// What was read last.
     last: Option<Arc<Image<'static>>>,
@@ -121,7 +121,7 @@ struct Folder {
     named: PathBuf,
     /// Every library in it counts, whether somebody named it or not.
     libraries: bool,
-    /// Of the folder itself, at the last look: it changes with its entries.
+    /// Of the folder itself, at the last poll: it changes with its entries.
     seen: Option<Stamp>,
     /// The system tells of it.
     watched: bool,
@@ -248,7 +248,7 @@ impl Files {
         }
     }
 
-    /// When to look again, even if nothing is heard.
+    /// When to poll again, even if nothing is heard.
     pub(super) fn due(&self) -> Instant {
         let files = self.known.values().filter_map(|known| Some(known.dirty.as_ref()?.next));
         let folders = self.folders.values().filter_map(|folder| Some(folder.lost? + FOLDER));
@@ -256,7 +256,7 @@ impl Files {
     }
 
     /// Looks at all files, whether anything was heard of them or not.
-    fn look_around(&mut self, now: Instant) {
+    fn poll_all(&mut self, now: Instant) {
         self.round = now + ROUND;
         for ((folder, name), known) in &mut self.known {
             let named = self.folders.get(folder).map_or(folder, |folder| &folder.named);
@@ -294,7 +294,7 @@ impl Files {
         let now = Instant::now();
         self.find_lost_folders(now);
         if self.round <= now {
-            self.look_around(now);
+            self.poll_all(now);
         }
         let mut changes = Vec::new();
         for ((folder, name), known) in &mut self.known {
@@ -305,7 +305,7 @@ impl Files {
                 now.duration_since(dirty.since) < PATIENCE || now.duration_since(dirty.heard) < QUIET;
             dirty.next = now + AGAIN;
             let last = known.last.as_deref();
-            match look(&path, known.stamp.as_ref(), &mut known.seen, last, dirty, now, &whole) {
+            match poll(&path, known.stamp.as_ref(), &mut known.seen, last, dirty, now, &whole) {
                 Look::Same => known.dirty = None,
                 Look::Later if patient => {}
                 Look::Later => {
@@ -369,7 +369,7 @@ enum Look {
     Unreadable(String),
 }
 
-fn look(
+fn poll(
     path: &Path,
     known: Option<&Stamp>,
     seen: &mut Option<Stamp>,

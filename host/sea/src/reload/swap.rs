@@ -18,7 +18,7 @@ use reef_plugin::{Health, Instance, Plugin, PluginError, StepStatus};
 
 use crate::step::{
     recent::{Fixed, Follower, Frozen, Moment, Snap},
-    sea::World,
+    world::World,
 };
 
 /// Why instances are made beside the sea.

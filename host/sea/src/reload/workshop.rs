@@ -96,7 +96,7 @@ impl Workshop {
             let task = match self.tasks.recv_timeout(wait) {
                 Ok(task) => Some(task),
                 Err(RecvTimeoutError::Timeout) => {
-                    self.look();
+                    self.poll();
                     continue;
                 }
                 Err(RecvTimeoutError::Disconnected) => None,
@@ -144,7 +144,7 @@ impl Workshop {
         self.tell(found);
     }
 
-    fn look(&mut self) {
+    fn poll(&mut self) {
         let mut edited = false;
         for Change { path, content } in self.files.changes(is_whole) {
             let seen = Instant::now();

@@ -59,7 +59,7 @@ impl Camera {
                 (*center + DVec3::new(way.y * radius, *height, way.x * radius), *center)
             }
         };
-        CameraPose { position, rotation: look(position, target), fov_y: self.fov_y }
+        CameraPose { position, rotation: facing(position, target), fov_y: self.fov_y }
     }
 
     /// A pose as the contract spells it, with the scene's nominal viewport.
@@ -89,7 +89,7 @@ impl Camera {
 
 /// The turn of a camera at `eye` that looks at `target`, upright. Straight up or down, −z is up in the
 /// picture.
-pub fn look(eye: DVec3, target: DVec3) -> Quat {
+pub fn facing(eye: DVec3, target: DVec3) -> Quat {
     let forward = (target - eye).normalize_or(DVec3::NEG_Z);
     let side = forward.cross(DVec3::Y);
     let right = if side.length_squared() < 1e-12 { DVec3::X } else { side.normalize() };
@@ -111,7 +111,7 @@ mod tests {
     fn a_camera_looks_at_its_target_and_stands_upright() {
         let eye = DVec3::new(1.0, 2.0, 3.0);
         for target in [DVec3::ZERO, DVec3::new(4.0, 2.0, -1.0), DVec3::new(1.0, -9.0, 3.0), eye + DVec3::Y] {
-            let turn = look(eye, target);
+            let turn = facing(eye, target);
             let forward = turn * Vec3::NEG_Z;
             let wanted = (target - eye).normalize().as_vec3();
             assert!((forward - wanted).length() < 1e-6, "{target}: {forward}");

@@ -112,7 +112,7 @@ impl Exchange {
 
     /// Adds what the modules said in the step before to the scene's own primitives, and makes everyone's
     /// lists.
-    pub(crate) fn share(&mut self, mut flow: Vec<abi::Flow>, attached: Vec<Attached>) {
+    pub(crate) fn pass_on(&mut self, mut flow: Vec<abi::Flow>, attached: Vec<Attached>) {
         self.attached = attached;
         self.starts.clear();
         self.actors.clear();
@@ -242,7 +242,7 @@ mod tests {
         exchange.said[1].flows = vec![flow(1, 20.0), flow(2, 21.0)];
         let (mut own, attached) = exchange.begin();
         own.push(flow(0, 1.0));
-        exchange.share(own, attached);
+        exchange.pass_on(own, attached);
         for module in 0..3 {
             let heard: Vec<f32> = exchange.flow_for(module).iter().map(|flow| flow.strength).collect();
             assert_eq!(heard, [1.0, 10.0, 20.0, 21.0], "the order is the same for all");
@@ -263,7 +263,7 @@ mod tests {
         let host = anemones.foreign(5);
         exchange.said[1].actors = vec![abi::Actor { id: 1, parent: host, ..abi::Actor::default() }];
         let (own, attached) = exchange.begin();
-        exchange.share(own, attached);
+        exchange.pass_on(own, attached);
         let heard = |module: usize| exchange.actors_for(module).iter().map(|a| (a.id, a.parent)).next();
         assert_eq!(heard(0), Some((fish.foreign(1), 5)));
         assert_eq!(heard(1), Some((1, host)));
@@ -279,7 +279,7 @@ mod tests {
             let foreign = tags(3)[module].foreign(object);
             own.extend([flow(0, 1.0), flow(foreign, 2.0)]);
             attached.push(Attached { flow: 1, module, object });
-            exchange.share(own, attached);
+            exchange.pass_on(own, attached);
             for hearer in 0..3 {
                 let heard = exchange.flow_for(hearer)[1].owner;
                 let wanted = if hearer == module { object } else { foreign };

@@ -12,8 +12,8 @@ use super::{
     journal::{CameraInput, Entry, Input, Journal, ParamInput},
     kept::Kept,
     member::param_event,
-    sea::World,
     water::{ActivePoke, MOST_POKES, POKE_TIME, Poke},
+    world::World,
 };
 
 /// A journal's file hears of every step that takes inputs, and of each such step.

@@ -3,7 +3,7 @@
 
 use reef_plugin::PluginError;
 
-use super::sea::World;
+use super::world::World;
 
 /// A hash [BLAKE3].
 pub type Digest = [u8; 32];

@@ -9,8 +9,8 @@ use reef_plugin::{Health, Payload, PluginError, Saving, save_together};
 use super::{
     exchange::{Listed, Said},
     journal::{CameraInput, Entry},
-    sea::World,
     water::ActivePoke,
+    world::World,
 };
 
 /// Steps between two states, where memory and time allow.

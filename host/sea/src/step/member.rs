@@ -5,7 +5,7 @@ use std::path::Path;
 use reef_abi as abi;
 use reef_plugin::{Instance, PluginError, Registry};
 
-use super::sea::WorldError;
+use super::world::WorldError;
 use crate::scene::Module;
 
 /// One module at work.

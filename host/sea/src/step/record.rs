@@ -6,7 +6,7 @@
 
 use std::io::{self, Write};
 
-use super::sea::World;
+use super::world::World;
 
 /// The first line.
 pub const COLUMNS: &str = "step,time,plugin,stream,object,node,x,y,z,radius";

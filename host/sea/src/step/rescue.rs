@@ -10,7 +10,7 @@ use std::{
 use reef_files::cache;
 use reef_plugin::{forget_state, keep_state};
 
-use super::{hash::Chain, sea::World};
+use super::{hash::Chain, world::World};
 
 /// From one state to the next, at least.
 const EVERY: Duration = Duration::from_secs(1);

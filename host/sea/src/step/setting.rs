@@ -7,8 +7,8 @@ use reef_abi as abi;
 use reef_streams::environment::{Environment, Sun, WaterOptics};
 
 use super::{
-    camera::Camera, ground::Ground, journal::Journal, recent::Fixed, sea::WorldError, terrain, water::Water,
-    waves::Waves,
+    camera::Camera, ground::Ground, journal::Journal, recent::Fixed, terrain, water::Water, waves::Waves,
+    world::WorldError,
 };
 use crate::scene::{
     Scene,

@@ -23,8 +23,8 @@ use super::{
     exchange::{Listed, Said},
     hash::{Chain, hex, unhex},
     journal::CameraInput,
-    sea::World,
     water::{ActivePoke, MOST_POKES},
+    world::World,
 };
 
 const MAGIC: &[u8; 8] = b"REEFSAVE";
@@ -187,7 +187,7 @@ impl World {
                     }
                 }
                 let said = self.exchange.said.iter().cloned().enumerate().collect();
-                self.look_after(said, World::look);
+                self.refresh_after(said, World::refresh);
             }
             return Err(StateError::Module { module: self.members[at].name.clone(), source });
         }
@@ -200,7 +200,7 @@ impl World {
         if std::mem::take(&mut self.hands.relived) {
             self.hands.replay.clear();
         }
-        self.look_after(said.into_iter().enumerate().collect(), World::look);
+        self.refresh_after(said.into_iter().enumerate().collect(), World::refresh);
         let digest = header.chain.as_deref().and_then(unhex);
         Ok(digest.map(|digest| Chain { digest }))
     }

@@ -9,7 +9,7 @@ use std::{
 use reef_plugin::PluginError;
 use reef_streams::frame::Frame;
 
-use super::sea::World;
+use super::world::World;
 
 /// Most steps between two pictures; a machine that needs more shows a slower sea.
 pub const MOST_STEPS: u32 = 8;
@@ -96,12 +96,12 @@ impl Timeline {
         self.way
     }
 
-    /// Stays where the way has led so far; `look` sees the world after the step that this may take.
-    pub fn stop(&mut self, look: impl FnOnce(&mut World)) {
+    /// Stays where the way has led so far; `seen` gets the world after the step that this may take.
+    pub fn stop(&mut self, seen: impl FnOnce(&mut World)) {
         // A state that was loaded shows with the step that follows it.
         if self.way.take().is_some() && self.world.frame().step != self.world.clock().step {
             self.world.step();
-            look(&mut self.world);
+            seen(&mut self.world);
             self.jump();
         }
     }
@@ -129,11 +129,11 @@ impl Timeline {
     }
 
     /// Like [`Timeline::advance`], looking at the world after each step.
-    pub fn advance_with(&mut self, seconds: f64, mut look: impl FnMut(&mut World)) -> u32 {
+    pub fn advance_with(&mut self, seconds: f64, mut seen: impl FnMut(&mut World)) -> u32 {
         if let Some(way) = self.way {
             self.behind = None;
             let wait = Duration::from_secs_f64(seconds.clamp(0.0, 1.0)).clamp(WAIT[0], WAIT[1]);
-            return self.walk(way, wait, look);
+            return self.walk(way, wait, seen);
         }
         if self.paused {
             self.behind = None;
@@ -146,7 +146,7 @@ impl Timeline {
         while self.surplus >= dt && steps < MOST_STEPS {
             self.surplus -= dt;
             self.step();
-            look(&mut self.world);
+            seen(&mut self.world);
             steps += 1;
         }
         if self.surplus >= dt {
@@ -161,7 +161,7 @@ impl Timeline {
     }
 
     /// Steps toward another moment for as long as a picture waits.
-    fn walk(&mut self, way: Way, wait: Duration, mut look: impl FnMut(&mut World)) -> u32 {
+    fn walk(&mut self, way: Way, wait: Duration, mut seen: impl FnMut(&mut World)) -> u32 {
         let (began, mut steps) = (Instant::now(), 0);
         let mut shown = false;
         while self.world.clock().step < way.to && !shown {
@@ -172,7 +172,7 @@ impl Timeline {
             } else {
                 self.world.step_unseen();
             }
-            look(&mut self.world);
+            seen(&mut self.world);
             steps += 1;
         }
         self.jump();
@@ -208,7 +208,7 @@ impl Timeline {
     }
 
     /// Modules took others' places while the sea stands still: the newest picture is theirs.
-    pub fn look_again(&mut self) {
+    pub fn show_newest(&mut self) {
         self.current = self.world.frame().clone();
         self.previous = self.current.clone();
     }

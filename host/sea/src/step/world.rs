@@ -194,7 +194,7 @@ impl World {
             serial: 0,
             setting,
         };
-        world.look();
+        world.refresh();
         Ok(world)
     }
 
@@ -320,19 +320,19 @@ impl World {
                 self.tell(&name, error.to_string());
             }
         }
-        self.look();
+        self.refresh();
     }
 
     /// Emits the present state without changing it; at step 0 with the parameters that the scene sets.
-    pub(crate) fn look(&mut self) {
+    pub(crate) fn refresh(&mut self) {
         for member in &mut self.members {
             member.known &= self.clock.step != 0;
         }
-        self.look_again();
+        self.refresh_new();
     }
 
     /// The same for a sea in which only some modules are new.
-    pub(crate) fn look_again(&mut self) {
+    pub(crate) fn refresh_new(&mut self) {
         for member in &mut self.members {
             member.events.clear();
             member.missed.clear();
@@ -361,11 +361,11 @@ impl World {
     }
 
     /// Looks at the sea after these modules said this: that counts, not what they say while it looks.
-    pub(crate) fn look_after(&mut self, said: Vec<(usize, Said)>, look: impl FnOnce(&mut Self)) {
+    pub(crate) fn refresh_after(&mut self, said: Vec<(usize, Said)>, refresh: impl FnOnce(&mut Self)) {
         for (at, said) in &said {
             self.exchange.said[*at].clone_from(said);
         }
-        look(self);
+        refresh(self);
         for (at, said) in said {
             self.exchange.said[at] = said;
         }
@@ -379,7 +379,7 @@ impl World {
     }
 
     /// The still part of an edited scene, and what was said in it.
-    pub(crate) fn settle(&mut self, setting: Setting, exchange: Exchange) {
+    pub(crate) fn install(&mut self, setting: Setting, exchange: Exchange) {
         (self.setting, self.exchange) = (setting, exchange);
         self.hands.replay.clear();
         self.hands.pending.clear();
@@ -450,7 +450,7 @@ impl World {
         for active in &self.hands.pokes {
             flow.extend(active.poke.flow(step.saturating_sub(active.step) as f64 * self.clock.dt));
         }
-        self.exchange.share(flow, attached);
+        self.exchange.pass_on(flow, attached);
         let ground = self.setting.ground.clone();
         let heightfield = ground.heightfield();
         let flags = asked
