@@ -79,8 +79,8 @@ fn measure(gpu: &Gpu, common: &Common) -> Result<Report, Failure> {
     }
     report.note(format!(
         "{} on {}; the default sea at {}x{}, low quality, medians of {ROUNDS} turns of {TURN} s. In real \
-         time a second has {:.0} steps; the sea runs slower where pictures take longer than so many steps as one \
-         may have.",
+         time a second has {:.0} steps; the sea runs slower where pictures take longer than so many steps \
+         as one may have.",
         gpu.info().name,
         gpu.info().driver,
         SIZE.0,

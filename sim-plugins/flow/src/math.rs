@@ -17,15 +17,18 @@ pub fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
     u * u * (3.0 - 2.0 * u)
 }
 
-/// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞ or NaN)
-/// the result stays defined but loses meaning: who has larger phases reduces them in f64 first
+/// What is beyond has no quadrant that an f32 can count [rad]: 2²² quarter turns.
+const FARTHEST: f32 = 6_588_397.0;
+
+/// Sine and cosine of each lane [rad]. Absolute error ≤ 1e-7 for |x| ≤ 8192; beyond that (and for ∞) the
+/// result stays within ±1, but loses meaning: who has larger phases reduces them in f64 first
 /// ([`reduce_phase`]).
 #[inline(always)]
 pub fn sin_cos<S: Simd, V: Lanes<S>>(x: V) -> (V, V) {
     let simd = x.token();
+    let x = clamp(x, V::splat(simd, -FARTHEST), V::splat(simd, FARTHEST));
     // The quadrant, and what is left of the angle: within ±π/4.
     let n = (x * V::splat(simd, core::f32::consts::FRAC_2_PI)).round_ties_even();
-    let n = clamp(n, V::splat(simd, -4_194_304.0), V::splat(simd, 4_194_304.0));
     let mut r = neg_mul_add(n, V::splat(simd, HALF_PI[0]), x);
     r = neg_mul_add(n, V::splat(simd, HALF_PI[1]), r);
     r = neg_mul_add(n, V::splat(simd, HALF_PI[2]), r);
@@ -141,6 +144,20 @@ mod tests {
                 let x = f64::from(group[i]);
                 assert!((f64::from(s[i]) - x.sin()).abs() <= 1e-7, "sin {x}: {} {}", s[i], x.sin());
                 assert!((f64::from(c[i]) - x.cos()).abs() <= 1e-7, "cos {x}: {} {}", c[i], x.cos());
+            }
+        }
+    }
+
+    #[test]
+    fn sine_and_cosine_of_anything_are_within_one() {
+        for level in Level::all() {
+            for x in [6.5e6, 6_588_397.0, 6_588_397.5, 7e6, 1e7, 1e12, 1e30, f32::INFINITY] {
+                let [s, c, _] = eight(level, [x, -x, 1.01 * x, -1.01 * x, 3.0 * x, -3.0 * x, x, -x]);
+                assert!(
+                    s.iter().chain(&c).all(|v| v.abs() <= 1.0 + 1e-6),
+                    "{}, {x}: {s:?} {c:?}",
+                    level.name()
+                );
             }
         }
     }

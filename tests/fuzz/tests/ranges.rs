@@ -76,6 +76,7 @@ fn numbers_that_once_overflowed_are_answered() {
         ("scene", "terrain(0).cell", 4_294_967_295.0),
         ("scene", "terrain(0).cell", 1e14),
         ("reef.anemone", "tufts[0].length", 1e-300),
+        ("reef.fish species", "material.mass", 1e-30),
     ] {
         let subject = subjects.iter().find(|known| known.name == name).expect("a subject");
         let at = subject.leaves.iter().position(|known| known.name() == leaf).expect(leaf);

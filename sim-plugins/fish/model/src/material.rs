@@ -2,6 +2,10 @@
 
 use crate::body::{BodyError, Role};
 
+/// The least mass of a fish [kg]: a milligram, as a larva has. The springs of bodies that are lighter still
+/// swing so fast that f32 has no numbers for it.
+pub const LEAST_MASS: f64 = 1e-6;
+
 /// Stiffness, damping, mass, and the water that it pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
@@ -99,9 +103,10 @@ impl Material {
         let refuse = |key: &str, value: f64, allowed: &str| {
             Err(BodyError { key: key.into(), problem: format!("must be {allowed}, is {value}") })
         };
-        for (key, value) in
-            [("cross", self.cross), ("side", self.side), ("long", self.long), ("mass", self.mass)]
-        {
+        if !(self.mass >= LEAST_MASS && self.mass.is_finite()) {
+            return refuse("mass", self.mass, &format!("at least {LEAST_MASS}"));
+        }
+        for (key, value) in [("cross", self.cross), ("side", self.side), ("long", self.long)] {
             if !(value.is_finite() && value > 0.0) {
                 return refuse(key, value, "above 0");
             }

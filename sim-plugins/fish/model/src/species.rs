@@ -10,7 +10,7 @@ use crate::{
     Plan,
     body::{Body, BodyError, Profile},
     look::Look,
-    material::{Beat, Material},
+    material::{Beat, LEAST_MASS, Material},
 };
 
 /// A species of fish.
@@ -87,7 +87,7 @@ pub struct Stuff {
     #[schemars(range(min = 0.0, max = 1e6), extend("x-unit" = "N·s/m³"))]
     pub water: f64,
     /// Mass of the whole fish.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "x-unit" = "kg"))]
+    #[schemars(range(min = LEAST_MASS, max = 1e6), extend("x-unit" = "kg"))]
     pub mass: f64,
     /// How strongly it is turned upright, as an acceleration of its top and its bottom.
     #[schemars(range(min = 0.0, max = 10.0), extend("x-unit" = "m/s²"))]

@@ -91,9 +91,10 @@ fn show(sentences: &[(u64, String)]) {
     SAVED_TEXT.replace(Sealed::new(&[text.as_bytes()]));
 }
 
-/// How long a thread whose fault came second waits for the words of the first, in naps.
+/// Naps of a thread whose fault came second, until the first has had its words, at most.
 const NAPS: u32 = 500;
-const NAP: u32 = 10_000; // [µs]
+/// How long one is [ms].
+const NAP: i32 = 10;
 
 /// Writes the last state, and says once which plugin ran last, where one did. For a signal handler.
 pub(super) fn say(signal: i32) {
@@ -103,8 +104,8 @@ pub(super) fn say(signal: i32) {
     let Some(last) = (unsafe { Sealed::from_ptr(LAST.load(Ordering::Acquire)) }) else { return };
     if BEGUN.swap(true, Ordering::SeqCst) {
         for _ in (0..NAPS).take_while(|_| !SAID.load(Ordering::SeqCst)) {
-            // SAFETY: a nap.
-            unsafe { libc::usleep(NAP) };
+            // SAFETY: waits for no file.
+            unsafe { libc::poll(ptr::null_mut(), 0, NAP) };
         }
         return;
     }

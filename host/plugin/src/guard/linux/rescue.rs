@@ -1,5 +1,5 @@
-//! A state of the whole sea that a program puts on the disk when it ends by a signal of its own. It is made up
-//! beforehand: nothing is left to do but to write it.
+//! A state of the whole sea that a program puts on the disk when it ends by a signal of its own. It is made
+//! up beforehand: nothing is left to do but to write it.
 
 use std::{ffi::CString, os::unix::ffi::OsStrExt, path::Path};
 

@@ -92,6 +92,6 @@ fn what_no_body_can_be_is_refused_by_its_key() {
         |material: Material| Plan::new(&body, &material, &Beat::default()).expect_err("refused").to_string();
     let usual = Material::default();
     assert!(refused(Material { side: -1.0, ..usual }).starts_with("side: must be above 0, is -1"));
-    assert!(refused(Material { mass: 0.0, ..usual }).starts_with("mass: must be above 0, is 0"));
+    assert!(refused(Material { mass: 0.0, ..usual }).starts_with("mass: must be at least 0.000001, is 0"));
     assert!(refused(Material { water: f64::INFINITY, ..usual }).starts_with("water:"));
 }

@@ -61,7 +61,7 @@ fn what_no_species_can_be_is_refused_by_its_key() {
     let text = refused(&|table| table["material"]["long"] = json!(-3.0));
     assert_eq!(text, "material.long: must be above 0, is -3");
     let text = refused(&|table| table["material"]["mass"] = json!(0.0));
-    assert_eq!(text, "material.mass: must be above 0, is 0");
+    assert_eq!(text, "material.mass: must be at least 0.000001, is 0");
     let text = refused(&|table| table["mind"]["prey"] = json!(["silverside", "clownfish"]));
     assert_eq!(text, "mind.prey[1]: `clownfish` must not hunt itself");
     let text = refused(&|table| table["swim"]["fastest"] = json!(1000.0));
