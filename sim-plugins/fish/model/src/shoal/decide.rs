@@ -6,6 +6,7 @@ use reef_flow::{
     Field, Level, Packed, Sphere,
     simd::{prefetch, splat},
     velocity8,
+    waves::Sway,
 };
 use reef_sdk::abi::Obstacle;
 
@@ -17,7 +18,7 @@ use super::{
     steer::{self, Own, Whims, Wishes},
     turn::Pace,
     walls::{self, Body, Off},
-    waves::{Sixteens, Swaying},
+    waves::Sixteens,
 };
 use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
 
@@ -60,7 +61,7 @@ pub(super) struct Scene<'a> {
     pub(super) boxes: &'a [[Vec3; 2]],
     pub(super) anchor: DVec3,
     pub(super) field: &'a Field,
-    pub(super) swaying: &'a Swaying,
+    pub(super) sway: &'a Sway,
     pub(super) whims: Whims,
     /// The highest of the bed [m, world].
     pub(super) bed_top: f64,
@@ -124,7 +125,7 @@ impl Scene<'_> {
         let own = grid.slots[places.clone()].iter().zip(&grid.length[places]);
         let fish = |slot: &u32| &self.fish[(self.firsts[kind] + slot) as usize];
         let own = own.map(|(slot, length)| (fish(slot), f64::from(*length)));
-        self.swaying.feel(&self.around.waves, level, own, &mut scratch.waves);
+        scratch.waves.feel(self.sway, level, own);
         reef_flow::dispatch!(level, simd => decide(simd, self, scratch, kind, first, wishes));
     }
 }
@@ -220,12 +221,12 @@ fn swell<S: Simd>(
     within: usize,
     count: usize,
 ) -> Option<Vector<S>> {
-    if scene.swaying.is_still() {
+    if scene.sway.is_still() {
         return None;
     }
     let mut swell = [Lane::default(); 3];
     for lane in 0..count {
-        let felt = scene.swaying.of(&scratch.waves, within + lane);
+        let felt = scratch.waves.of(within + lane);
         (0..3).for_each(|axis| swell[axis].0[lane] = felt[axis]);
     }
     Some(load3(simd, &swell))

@@ -25,7 +25,7 @@ mod walls;
 mod waves;
 
 use glam::{DVec3, Vec3};
-use reef_flow::{Field, Level};
+use reef_flow::{Field, Level, waves::Sway};
 use reef_sdk::{
     Heightfield, Parts, Workers,
     abi::{Flow, Obstacle},
@@ -38,11 +38,10 @@ use habits::Habits;
 pub use homes::Home;
 use homes::Register;
 pub use kind::Kind;
-use pool::{Body, Pool};
+use pool::{BodyId, Pool};
 pub use state::State;
 use steer::Whims;
 use turn::Pace;
-use waves::Swaying;
 pub use waves::Waves;
 
 /// A box that fish do not leave.
@@ -81,7 +80,7 @@ pub struct Fish {
     /// Its number among those of its species.
     slot: u32,
     /// While it is near, or its pose fades into the gait's.
-    body: Body,
+    body: BodyId,
     habitat: u32,
     /// A home that is given by hand [m, world].
     given: Option<DVec3>,
@@ -182,7 +181,7 @@ pub struct Shoal {
     /// Corners of the habitats, relative to the anchor [m].
     boxes: Vec<[Vec3; 2]>,
     register: Register,
-    swaying: Swaying,
+    sway: Sway,
     /// Kind by kind, in the order of its grid; where each job's part begins, and its kind and first place.
     wishes: Vec<Wish>,
     bounds: Vec<usize>,
@@ -236,7 +235,7 @@ impl Shoal {
             paces: Vec::with_capacity(kinds.len()),
             boxes: Vec::new(),
             register: Register::default(),
-            swaying: Swaying::default(),
+            sway: Sway::default(),
             bounds: vec![0],
             parts: Vec::new(),
             called: vec![false; starts.len().div_ceil(act::CHUNK)],
@@ -315,7 +314,7 @@ impl Shoal {
     /// What the workers share in this step.
     fn prepare(&mut self, around: &Surroundings<'_>) {
         self.settle(around.hosts);
-        self.swaying.fill(&around.waves);
+        around.waves.fill(&mut self.sway);
         let Self { fish, kinds, grids, anchor, firsts, habits, paces, flow, field, scratch, .. } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
@@ -346,9 +345,8 @@ impl Shoal {
 
     /// What each fish wants.
     fn wish(&mut self, around: &Surroundings<'_>) {
-        let Self {
-            fish, habits, grids, paces, firsts, boxes, anchor, field, swaying, scratch, wishes, ..
-        } = self;
+        let Self { fish, habits, grids, paces, firsts, boxes, anchor, field, sway, scratch, wishes, .. } =
+            self;
         // What is far above all of the bed need not look at it, which is worth a look at all of it for many.
         let heights = around.bed.map_or(&[][..], |bed| bed.heights);
         let bed_top = if heights.len() > HEIGHTS_OF_A_FISH * fish.len() {
@@ -366,7 +364,7 @@ impl Shoal {
             boxes,
             anchor: *anchor,
             field,
-            swaying,
+            sway,
             whims: Whims::at(self.time),
             bed_top,
             longest: grids.iter().map(|grid| f64::from(grid.longest())).fold(0.0, f64::max),
@@ -395,7 +393,7 @@ fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
     Fish {
         kind: start.kind,
         slot,
-        body: Body::NONE,
+        body: BodyId::NONE,
         habitat: start.habitat,
         given: start.home.filter(|_| kind.mind.home > 0.0),
         home: None,
