@@ -60,7 +60,7 @@ extern "C" {
 #define REEF_VERSION_MINOR 2u
 #define REEF_VERSION 0x00000002u /* major << 16 | minor */
 /* FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps it true. */
-#define REEF_HEADER_HASH 0xdadd2e63e10e6251ull
+#define REEF_HEADER_HASH 0x3c6a79609c2da18dull
 
 #if defined(REEF_EXPORT)
 #elif defined(_WIN32)
@@ -388,7 +388,8 @@ typedef struct reef_event {
 #define REEF_STEP_TRACE 512u  /* emit the trace stream; dt = 0 with it: only emit, do not advance */
 #define REEF_STEP_DEBUG 1024u /* emit debug lines */
 #define REEF_STEP_UNSEEN 2048u /* nobody looks at this step: what only shows may stay out of the streams. Where objects are, flow, actors,
-                                 what is asked for, and the state after the step are those of a step that is seen */
+                                 what is asked for, and the state after the step are those of a step that is seen. The first
+                                 step that is seen again emits all: it does not return REEF_SLEEP where something was left out */
 typedef struct reef_step {
   uint32_t size;
   uint32_t flags;                      /* REEF_STEP_* */

@@ -83,6 +83,13 @@ pub(super) const CHECKS: &[Check] = &[
         debug,
     ),
     check(
+        "step-unseen",
+        &["step-full"],
+        "A step that nobody looks at is to others, and to later steps, as one that is seen.",
+        Header("what is asked for, and the state after the step are those of a step that is seen"),
+        unseen,
+    ),
+    check(
         "step-lengths",
         &["repeat-instances", "load-again"],
         "Steps may be shorter and longer.",
@@ -213,6 +220,49 @@ fn trace(subject: &Subject) -> Outcome {
 
 fn debug(subject: &Subject) -> Outcome {
     unchanged(subject, abi::STEP_DEBUG, "asked for debug lines")
+}
+
+/// Streams that are not for pictures.
+const FELT: [u32; 5] =
+    [abi::STREAM_OBJECT, abi::STREAM_FLOW, abi::STREAM_ACTOR, abi::STREAM_TRACE, abi::STREAM_DEBUG_LINE];
+/// Of so many steps the last is seen, and others of them are asked for traces and debug lines.
+const LOOKS: u64 = 10;
+const ASKS: u64 = 3;
+
+fn unseen(subject: &Subject) -> Outcome {
+    let (plugin, mut seen) = subject.fresh()?;
+    let mut unseen = subject.create(&plugin)?;
+    for number in 0..=6 * LOOKS {
+        let looks = number.is_multiple_of(LOOKS);
+        let asked = if number.is_multiple_of(ASKS) { abi::STEP_TRACE | abi::STEP_DEBUG } else { 0 };
+        let sea = Sea { flags: asked, ..Sea::full() };
+        let flags = if looks { asked } else { asked | abi::STEP_UNSEEN };
+        run(&mut seen, &sea, number..number + 1)?;
+        run(&mut unseen, &Sea { flags, ..Sea::full() }, number..number + 1)?;
+        if looks {
+            if let Some(difference) = difference(&everything(&mut seen)?, &everything(&mut unseen)?) {
+                broken!("step {number}, which is seen after some that are not, is another: {difference}");
+            }
+            continue;
+        }
+        for (stream, _, bytes) in seen.outputs().all_bytes() {
+            let other = unseen.outputs().bytes(stream.number).map_or(&[][..], |(_, bytes)| bytes);
+            if FELT.contains(&stream.number)
+                && let Some(difference) = difference(bytes, other)
+            {
+                let name = stream.name;
+                broken!(
+                    "of step {number}, which nobody looks at, the stream {name} is another: {difference}"
+                );
+            }
+        }
+        if offers(&seen, "save_state")
+            && let Some(difference) = difference(&payload(&mut seen)?, &payload(&mut unseen)?)
+        {
+            broken!("after step {number}, which nobody looks at, the state is another: {difference}");
+        }
+    }
+    Ok(None)
 }
 
 fn poke(subject: &Subject) -> Outcome {

@@ -23,7 +23,7 @@ pub const VERSION_MINOR: u32 = 2;
 pub const VERSION: u32 = (VERSION_MAJOR << 16) | VERSION_MINOR;
 /// FNV-1a (64 bits) over this file's bytes without its one line that defines REEF_HEADER_HASH. A test keeps
 /// it true.
-pub const HEADER_HASH: u64 = 0xdadd2e63e10e6251;
+pub const HEADER_HASH: u64 = 0x3c6a79609c2da18d;
 /// done; the outputs count
 pub const OK: i32 = 0;
 /// nothing changed since the last step: the last outputs stay, flow and actors included. After create(),

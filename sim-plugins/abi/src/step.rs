@@ -110,7 +110,8 @@ pub const STEP_TRACE: u32 = 512;
 /// emit debug lines
 pub const STEP_DEBUG: u32 = 1024;
 /// nobody looks at this step: what only shows may stay out of the streams. Where objects are, flow, actors,
-/// what is asked for, and the state after the step are those of a step that is seen
+/// what is asked for, and the state after the step are those of a step that is seen. The first step that is
+/// seen again emits all: it does not return [`SLEEP`](crate::SLEEP) where something was left out
 pub const STEP_UNSEEN: u32 = 2048;
 
 #[repr(C)]

@@ -109,6 +109,7 @@ const FAULTS: &[(&str, Fault)] = &[
     ("step-zero", Configuration),
     ("step-trace", Configuration),
     ("step-debug", Configuration),
+    ("step-unseen", Configuration),
     ("step-lengths", Configuration),
     ("step-late", Configuration),
     ("step-poke", Configuration),

@@ -17,7 +17,7 @@
 //! an object's own origin; [`orbit`](fn@orbit) and [`surface`](fn@surface) are the kernels, [`carry`] runs
 //! one over many points; [`select`] says how many trains matter from how far away, [`Choice`] keeps its
 //! answer. [`surge`] is for what stands still and sways: the orbital velocity over a whole plant, to first
-//! order, from one look at the trains.
+//! order, from one look at the trains; [`Sway`] is the choice and the look together.
 
 pub mod bare;
 mod carry;
@@ -28,6 +28,7 @@ pub mod reference;
 pub mod select;
 pub mod spectrum;
 pub mod surge;
+mod sway;
 pub mod trig;
 
 pub use carry::{Carried, carry};
@@ -36,6 +37,7 @@ pub use orbit::{Orbit, Surface, Trains, orbit, surface};
 pub use select::{Lens, Rule, Selection};
 pub use spectrum::{Train, WindSea, WindSeaError};
 pub use surge::{Places, Surges, Swell};
+pub use sway::Sway;
 
 /// Standard gravity [m/s²].
 pub const GRAVITY: f64 = 9.80665;

@@ -5,21 +5,12 @@
 //! own. What a plant feels depends on the plant, the waves and who looks, not on the other plants.
 
 use glam::DVec3;
-use reef_flow::waves::{
-    Choice, Lens, Places, Rule, Surges, Swell,
-    surge::{LANES, Seen, surges},
-};
+use reef_flow::waves::{Places, Surges, Sway, surge::LANES};
 use reef_sdk::Chunks;
 
 use super::{Batch, Settings, Standing, Surroundings};
 use crate::wide::lanes;
 
-/// A_min [px]: what trains that are left out may move the water by, in the scene's viewport. The tip of a
-/// soft blade goes twice as far as the water at most, so nobody sees them missing; and it follows with its
-/// relaxation time, so none of them pops.
-const LEAST_SEEN: f64 = 0.5;
-/// For nobody in particular: all trains matter.
-const CLOSEST: Lens = Lens { focal: f64::INFINITY, corner: 1.0 };
 /// A plant without a foot that reaches farther than this times a fibre's length is a patch of fibres far
 /// apart.
 const SPARSE: f64 = 4.0;
@@ -32,8 +23,7 @@ pub(super) struct Swaying {
     count: usize,
     places: Vec<Places>,
     surges: Vec<Surges>,
-    swell: Swell,
-    choice: Choice,
+    sway: Sway,
 }
 
 impl Swaying {
@@ -53,7 +43,7 @@ impl Swaying {
 
     /// Notes all plants, then each batch's fibres: when all plants stand.
     pub(super) fn place<'a>(&mut self, plants: &[Standing], batches: impl Iterator<Item = &'a mut Batch>) {
-        *self = Self { swell: core::mem::take(&mut self.swell), ..Self::default() };
+        *self = Self { sway: core::mem::take(&mut self.sway), ..Self::default() };
         for plant in plants {
             self.add(plant.origin, plant.stand.z, plant.reach, plant.origin);
         }
@@ -79,25 +69,15 @@ impl Swaying {
 
     /// Works out what all of them feel in a step; nothing where there are no waves.
     pub(super) fn feel(&mut self, around: &Surroundings<'_>, settings: &Settings) -> &[Surges] {
-        let Self { places, surges: felt, swell, choice, .. } = self;
-        if around.waves.is_empty() || settings.waves == 0.0 {
-            return &[];
-        }
+        let Self { places, surges: felt, sway, .. } = self;
         let camera = around.camera.filter(|_| settings.trains);
-        let lens = camera.map_or(CLOSEST, Lens::new);
-        // The whole height of the water: what is chosen for one plant does not depend on where the others
-        // stand.
-        choice.update(around.waves, around.depth, lens, LEAST_SEEN, Rule::Sum, [-around.depth, 0.0]);
-        swell.fill(choice.in_order(around.waves), around.depth);
-        if swell.is_still() {
+        sway.fill(around.waves, around.depth, settings.waves, camera);
+        if sway.is_still() {
             return &[];
         }
-        let seen = choice.selection().zip(camera);
-        let seen = seen.map(|(selection, camera)| Seen { selection, eye: camera.position });
-        let (level, places) = (around.level, &*places);
+        let (level, places, sway) = (around.level, &*places, &*sway);
         around.workers.for_each_part(Chunks::new(felt, JOB), |index, felt| {
-            let places = places.get(index * JOB..).unwrap_or_default();
-            surges(level, swell, seen, settings.waves, places, felt);
+            sway.feel(level, places.get(index * JOB..).unwrap_or_default(), felt);
         });
         felt
     }

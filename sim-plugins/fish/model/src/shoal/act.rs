@@ -6,7 +6,7 @@ use glam::{DVec3, Mat3, Vec3};
 use reef_sdk::{Chunks, Parts};
 
 use super::{
-    Body, Fish, Kind, Shoal, Surroundings, Wish,
+    BodyId, Fish, Kind, Shoal, Surroundings, Wish,
     decide::{CAUGHT, CROWDED, FRIGHTENED, MATED},
     steer,
     turn::TURNING,
@@ -80,7 +80,7 @@ impl Shoal {
                 if !fish.called {
                     if fish.has_faded() {
                         self.pools[kind].give_back(fish.body);
-                        self.fish[number].body = Body::NONE;
+                        self.fish[number].body = BodyId::NONE;
                     }
                     continue;
                 }
@@ -149,7 +149,7 @@ impl Shoal {
         let fish = &mut self.fish[number];
         let kind = &self.kinds[fish.kind as usize];
         let pool = &mut self.pools[fish.kind as usize];
-        if fish.body == Body::NONE {
+        if fish.body == BodyId::NONE {
             fish.body = pool.take(fish.size);
             pool.offsets_mut(fish.body).1.fill(Vec3::ZERO);
         }
@@ -259,7 +259,7 @@ pub(super) fn left(dt: f32, time: f32) -> f32 {
 impl Fish {
     /// It holds a body, and needs none: it is a point, and moves by the gait alone.
     fn has_faded(&self) -> bool {
-        !self.near && self.since >= BLEND && self.body != Body::NONE
+        !self.near && self.since >= BLEND && self.body != BodyId::NONE
     }
 }
 

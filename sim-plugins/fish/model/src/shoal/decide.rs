@@ -1,5 +1,14 @@
 //! What fish perceive, want and, as points, do, eight fish of a kind at once.
 
+use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
+use glam::{DVec3, Vec3};
+use reef_flow::{
+    Field, Level, Packed, Sphere,
+    simd::{prefetch, splat},
+    velocity8,
+    waves::Sway,
+};
+
 use super::{
     FASTEST_WATER, Fish, NOBODY, Surroundings,
     grid::Grid,
@@ -9,16 +18,9 @@ use super::{
     strangers::{Near, Standing},
     turn::Pace,
     walls::{self, Body, Off},
-    waves::{Sixteens, Swaying},
+    waves::Sixteens,
 };
 use crate::lanes::{Lane, Vector, add, at_most, eight_of, load, load3, store3, sub};
-use fearless_simd::{Select, Simd, SimdMask, f32x8, mask32x8, prelude::*};
-use glam::{DVec3, Vec3};
-use reef_flow::{
-    Field, Level, Packed, Sphere,
-    simd::{prefetch, splat},
-    velocity8,
-};
 
 /// Side of the cells that share their water and their rocks [m].
 const CELL: f32 = 4.0;
@@ -59,7 +61,7 @@ pub(super) struct Scene<'a> {
     pub(super) boxes: &'a [[Vec3; 2]],
     pub(super) anchor: DVec3,
     pub(super) field: &'a Field,
-    pub(super) swaying: &'a Swaying,
+    pub(super) sway: &'a Sway,
     pub(super) standing: &'a Standing,
     pub(super) whims: Whims,
     /// The highest of the bed [m, world].
@@ -121,7 +123,7 @@ impl Scene<'_> {
         let own = grid.slots[places.clone()].iter().zip(&grid.length[places]);
         let fish = |slot: &u32| &self.fish[(self.firsts[kind] + slot) as usize];
         let own = own.map(|(slot, length)| (fish(slot), f64::from(*length)));
-        self.swaying.feel(&self.around.waves, level, own, &mut scratch.waves);
+        scratch.waves.feel(self.sway, level, own);
         reef_flow::dispatch!(level, simd => decide(simd, self, scratch, kind, first, wishes));
     }
 }
@@ -217,12 +219,12 @@ fn swell<S: Simd>(
     within: usize,
     count: usize,
 ) -> Option<Vector<S>> {
-    if scene.swaying.is_still() {
+    if scene.sway.is_still() {
         return None;
     }
     let mut swell = [Lane::default(); 3];
     for lane in 0..count {
-        let felt = scene.swaying.of(&scratch.waves, within + lane);
+        let felt = scratch.waves.of(within + lane);
         (0..3).for_each(|axis| swell[axis].0[lane] = felt[axis]);
     }
     Some(load3(simd, &swell))

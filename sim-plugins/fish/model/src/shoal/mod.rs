@@ -26,7 +26,7 @@ mod walls;
 mod waves;
 
 use glam::{DVec3, Vec3};
-use reef_flow::{Field, Level};
+use reef_flow::{Field, Level, waves::Sway};
 use reef_sdk::{
     Heightfield, Parts, Workers,
     abi::{Flow, Obstacle},
@@ -39,13 +39,12 @@ use habits::Habits;
 pub use homes::Home;
 use homes::Register;
 pub use kind::Kind;
-use pool::{Body, Pool};
+use pool::{BodyId, Pool};
 pub use state::State;
 use steer::Whims;
 use strangers::Standing;
 pub use strangers::Stranger;
 use turn::Pace;
-use waves::Swaying;
 pub use waves::Waves;
 
 /// A box that fish do not leave.
@@ -84,7 +83,7 @@ pub struct Fish {
     /// Its number among those of its species.
     slot: u32,
     /// While it is near, or its pose fades into the gait's.
-    body: Body,
+    body: BodyId,
     habitat: u32,
     /// A home that is given by hand [m, world].
     given: Option<DVec3>,
@@ -187,7 +186,7 @@ pub struct Shoal {
     /// Corners of the habitats, relative to the anchor [m].
     boxes: Vec<[Vec3; 2]>,
     register: Register,
-    swaying: Swaying,
+    sway: Sway,
     standing: Standing,
     /// Kind by kind, in the order of its grid; where each job's part begins, and its kind and first place.
     wishes: Vec<Wish>,
@@ -242,7 +241,7 @@ impl Shoal {
             paces: Vec::with_capacity(kinds.len()),
             boxes: Vec::new(),
             register: Register::default(),
-            swaying: Swaying::default(),
+            sway: Sway::default(),
             standing: Standing::default(),
             bounds: vec![0],
             parts: Vec::new(),
@@ -322,7 +321,7 @@ impl Shoal {
     /// What the workers share in this step.
     fn prepare(&mut self, around: &Surroundings<'_>) {
         self.settle(around.hosts);
-        self.swaying.fill(&around.waves);
+        around.waves.fill(&mut self.sway);
         let Self {
             fish, kinds, grids, anchor, firsts, habits, paces, flow, field, standing, scratch, ..
         } = self;
@@ -365,7 +364,7 @@ impl Shoal {
             boxes,
             anchor,
             field,
-            swaying,
+            sway,
             standing,
             scratch,
             wishes,
@@ -389,7 +388,7 @@ impl Shoal {
             boxes,
             anchor: *anchor,
             field,
-            swaying,
+            sway,
             standing,
             whims: Whims::at(self.time),
             bed_top,
@@ -420,7 +419,7 @@ fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
     Fish {
         kind: start.kind,
         slot,
-        body: Body::NONE,
+        body: BodyId::NONE,
         habitat: start.habitat,
         given: start.home.filter(|_| kind.mind.home > 0.0),
         home: None,

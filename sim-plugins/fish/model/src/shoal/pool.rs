@@ -16,9 +16,9 @@ const GROWTH: usize = 2;
 
 /// The number of a body in its kind's pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Body(u32);
+pub(super) struct BodyId(u32);
 
-impl Body {
+impl BodyId {
     /// No body.
     pub(super) const NONE: Self = Self(u32::MAX);
 
@@ -67,19 +67,20 @@ impl Pool {
     }
 
     /// A body for a fish of this size.
-    pub(super) fn take(&mut self, size: f64) -> Body {
-        if self.free.is_empty() {
-            self.grow((self.tank.swimmers().len() / GROWTH).max(1));
-        }
-        let body = self.free.pop().map_or(Body::NONE, Body);
-        if let Some(at) = body.number() {
-            self.tank.swimmers_mut()[at] = Swimmer { size, ..Swimmer::at(DVec3::ZERO) };
-        }
-        body
+    pub(super) fn take(&mut self, size: f64) -> BodyId {
+        let at = self.free.pop().unwrap_or_else(|| {
+            // The first of the new ones, which is the next to be taken.
+            let first = self.tank.swimmers().len();
+            self.grow((first / GROWTH).max(1));
+            self.free.pop();
+            first as u32
+        });
+        self.tank.swimmers_mut()[at as usize] = Swimmer { size, ..Swimmer::at(DVec3::ZERO) };
+        BodyId(at)
     }
 
     /// Nobody holds it any more.
-    pub(super) fn give_back(&mut self, body: Body) {
+    pub(super) fn give_back(&mut self, body: BodyId) {
         self.free.extend(body.number().map(|at| at as u32));
     }
 
@@ -91,13 +92,13 @@ impl Pool {
     }
 
     /// What a point's nodes still are off its gait; empty where it has no body.
-    pub(super) fn offsets(&self, body: Body) -> &[Vec3] {
+    pub(super) fn offsets(&self, body: BodyId) -> &[Vec3] {
         let nodes = self.nodes();
         body.number().map_or(&[], |at| &self.offsets[at * nodes..(at + 1) * nodes])
     }
 
     /// Its bodies, and those offsets of one.
-    pub(super) fn offsets_mut(&mut self, body: Body) -> (&Tank, &mut [Vec3]) {
+    pub(super) fn offsets_mut(&mut self, body: BodyId) -> (&Tank, &mut [Vec3]) {
         let nodes = self.nodes();
         let offsets = body.number().map_or(0..0, |at| at * nodes..(at + 1) * nodes);
         (&self.tank, &mut self.offsets[offsets])

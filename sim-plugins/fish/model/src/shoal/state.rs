@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use reef_sdk::{StateError, StateReader, StateWriter};
 
 use super::{
-    Body, FASTEST_WATER, Fish, Home, Kind, Pool, Shoal,
+    BodyId, FASTEST_WATER, Fish, Home, Kind, Pool, Shoal,
     act::{BLEND, least_reach},
     steer::{CARRIES, FRIGHT},
 };
@@ -112,6 +112,12 @@ impl State {
         }
         if self.near.len() != self.nodes.len() {
             return refused("near");
+        }
+        // Which points fade was in their times alone.
+        if let Some((number, near)) = self.near.iter().enumerate().find(|(_, near)| **near > BODY) {
+            return Err(StateError::Refused(format!(
+                "the saved state has a fish, {number}, that is {near}; allowed in version 1: 0 and 1"
+            )));
         }
         let (bodies, rest) = self.bodies.as_chunks::<9>();
         if bodies.len() != nodes || !rest.is_empty() {
@@ -230,7 +236,7 @@ impl Shoal {
             fish.bias = [mind[9], mind[10]];
             [fish.hunger, fish.love, fish.fright, fish.reach] = [mind[11], mind[12], mind[13], mind[14]];
             fish.phase = mind[7];
-            fish.body = Body::NONE;
+            fish.body = BodyId::NONE;
             if *near == POINT {
                 continue;
             }

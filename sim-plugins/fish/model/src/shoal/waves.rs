@@ -4,19 +4,12 @@
 use glam::Vec3;
 use reef_flow::{
     Level,
-    waves::{
-        Choice, Lens, Places, Rule, Surges, Swell,
-        surge::{LANES, Seen, surges},
-    },
+    waves::{Places, Surges, Sway, surge::LANES},
 };
 use reef_sdk::abi;
 
 use super::{CHUNK, Fish};
 
-/// A_min [px]: what trains that are left out may move a fish by, in the scene's viewport.
-const LEAST_SEEN: f64 = 0.5;
-/// For nobody in particular: all trains matter.
-const CLOSEST: Lens = Lens { focal: f64::INFINITY, corner: 1.0 };
 /// Sixteens of a chunk of fish.
 pub(super) const BLOCKS: usize = CHUNK.div_ceil(LANES);
 
@@ -33,14 +26,6 @@ pub struct Waves<'a> {
     pub camera: Option<&'a abi::Camera>,
 }
 
-/// The trains that matter, as fish take them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Swaying {
-    swell: Swell,
-    choice: Choice,
-    still: bool,
-}
-
 /// Room for one chunk of fish.
 #[derive(Clone, Debug)]
 pub(super) struct Sixteens {
@@ -54,50 +39,35 @@ impl Default for Sixteens {
     }
 }
 
-impl Swaying {
+impl Waves<'_> {
     /// Takes up a step's trains.
-    pub(super) fn fill(&mut self, waves: &Waves<'_>) {
-        self.still = waves.trains.is_empty() || waves.factor == 0.0;
-        if self.still {
-            return;
-        }
-        let lens = waves.camera.map_or(CLOSEST, Lens::new);
-        // The whole height of the water: what is chosen for one fish does not depend on where the others are.
-        self.choice.update(waves.trains, waves.depth, lens, LEAST_SEEN, Rule::Sum, [-waves.depth, 0.0]);
-        self.swell.fill(self.choice.in_order(waves.trains), waves.depth);
-        self.still = self.swell.is_still();
+    pub(super) fn fill(&self, sway: &mut Sway) {
+        sway.fill(self.trains, self.depth, self.factor, self.camera);
     }
+}
 
-    /// Whether no train moves fish.
-    pub(super) fn is_still(&self) -> bool {
-        self.still
-    }
-
+impl Sixteens {
     /// Works out what the waves do to a chunk of fish of these lengths [m].
     pub(super) fn feel<'a>(
-        &self,
-        waves: &Waves<'_>,
+        &mut self,
+        sway: &Sway,
         level: Level,
         fish: impl ExactSizeIterator<Item = (&'a Fish, f64)>,
-        room: &mut Sixteens,
     ) {
-        if self.still {
+        if sway.is_still() {
             return;
         }
         let blocks = fish.len().div_ceil(LANES);
         for (number, (fish, length)) in fish.enumerate() {
             let at = fish.position.to_array();
-            room.places[number / LANES].set(number % LANES, at, 0.5 * length, at);
+            self.places[number / LANES].set(number % LANES, at, 0.5 * length, at);
         }
-        let seen = self.choice.selection().zip(waves.camera);
-        let seen = seen.map(|(selection, camera)| Seen { selection, eye: camera.position });
-        let Sixteens { places, surges: felt } = room;
-        surges(level, &self.swell, seen, waves.factor, &places[..blocks], &mut felt[..blocks]);
+        sway.feel(level, &self.places[..blocks], &mut self.surges[..blocks]);
     }
 
     /// What they do to one of the chunk [m/s].
-    pub(super) fn of(&self, room: &Sixteens, number: usize) -> Vec3 {
-        let velocity = room.surges[number / LANES].velocity_of(number % LANES, [0.0; 3]);
+    pub(super) fn of(&self, number: usize) -> Vec3 {
+        let velocity = self.surges[number / LANES].velocity_of(number % LANES, [0.0; 3]);
         Vec3::from(velocity.map(|v| v as f32))
     }
 }

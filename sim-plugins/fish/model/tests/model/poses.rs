@@ -100,7 +100,7 @@ fn a_loaded_state_goes_on_as_if_nothing_had_happened() {
 }
 
 /// A state as version 1 wrote it: a body for each fish, which had no meaning where it was not stepped.
-fn of_version_1(state: &State) -> Vec<u8> {
+fn of_version_1(state: &State, near: &[u8]) -> Vec<u8> {
     let (mut places, mut bodies) = (Vec::new(), Vec::new());
     let (mut origins, mut numbers) = (state.origins.chunks(6), state.bodies.chunks(3));
     let mut vector = || numbers.next().expect("a vector of a node").to_vec();
@@ -115,13 +115,12 @@ fn of_version_1(state: &State) -> Vec<u8> {
             bodies.extend([x, v, offset].concat());
         }
     }
-    let near: Vec<u8> = state.near.iter().map(|near| near % 2).collect();
     let mut writer = StateWriter::new();
     writer.put_one("time", state.time);
     writer.put("nodes", &state.nodes);
     writer.put("places", &places);
     writer.put("minds", &state.minds);
-    writer.put("near", &near);
+    writer.put("near", near);
     writer.put("bodies", &bodies);
     writer.finish().expect("a state")
 }
@@ -132,17 +131,27 @@ fn a_state_of_version_1_goes_on_as_it_would_have() {
     go_on(&mut one, 300);
     let saved = one.save();
     assert!((0..3).all(|is| saved.near.contains(&is)), "points, bodies and what fades");
-    let bytes = of_version_1(&saved);
+    // What fades is a point there.
+    let near: Vec<u8> = saved.near.iter().map(|near| near % 2).collect();
+    let bytes = of_version_1(&saved, &near);
     let old = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect("whole");
     let mut other = shoal(120, 4.0);
     other.load(&old).expect("of the same fish");
     go_on(&mut one, 100);
     go_on(&mut other, 100);
     assert!(other.save() == one.save());
-    let short = State { minds: saved.minds[1..].to_vec(), ..saved };
-    let bytes = of_version_1(&short);
-    let refused = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect_err("short");
-    assert!(refused.to_string().contains("`minds`"), "{refused}");
+    let short = State { minds: saved.minds[1..].to_vec(), ..saved.clone() };
+    let faded = saved.near.iter().position(|near| *near == 2).expect("one that fades");
+    for (bytes, problem) in [
+        (of_version_1(&short, &near), "`minds`".to_owned()),
+        (
+            of_version_1(&saved, &saved.near),
+            format!("a fish, {faded}, that is 2; allowed in version 1: 0 and 1"),
+        ),
+    ] {
+        let refused = State::read(&mut StateReader::parse(1, &bytes).expect("a state")).expect_err(&problem);
+        assert!(refused.to_string().contains(&problem), "{refused}");
+    }
 }
 
 #[test]
