@@ -85,6 +85,8 @@ impl Scratch {
     pub(super) fn begin(&mut self, field: &Field, obstacles: &[Obstacle]) {
         self.cell = None;
         self.water.make_room(field);
+        // Room for all of them, not for as many more as are in the list.
+        self.obstacles.clear();
         self.obstacles.reserve(obstacles.len());
     }
 
@@ -394,5 +396,21 @@ fn scatter<S: Simd>(
         let is = flags.iter().filter(|(bits, _)| bits >> lane & 1 == 1).map(|(_, flag)| flag).sum();
         let (speed, beats) = (speed[lane], beats[lane]);
         *into = Wish { way: of(&ways), speed, water: of(&waters), beats, is };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worker_that_was_among_rocks_asks_for_no_more_room() {
+        let (mut scratch, field) = (Scratch::default(), Field::new());
+        let rocks = [Obstacle::default(); 50];
+        scratch.begin(&field, &rocks);
+        let room = scratch.obstacles.capacity();
+        scratch.obstacles.extend(0..room as u32);
+        scratch.begin(&field, &rocks);
+        assert_eq!(scratch.obstacles.capacity(), room);
     }
 }
