@@ -38,6 +38,8 @@ const REACH: f32 = 0.3;
 /// Steps before anything is measured, and steps that are.
 const WARM_STEPS: usize = 30;
 const STEPS: usize = 200;
+/// Of the queries' singularities, where the command line names no seed.
+const SEED: u64 = 13;
 /// Rounds of the queries.
 const ROUNDS: usize = 40;
 
@@ -66,7 +68,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.judged("ten thousand over one", own_of_many / own, "×", Bar::AtMost(1.5));
     report.figure("the whole sea's step with one", whole, "ms");
     report.figure(format!("the whole sea's step with {MANY}"), whole_of_many, "ms");
-    queries(&mut report);
+    queries(&mut report, common.seed.unwrap_or(SEED));
     report.note(format!(
         "Figure 13: 36 anemones, 14 760 nodes. {MANY} sources of {REACH} m reach, each of an object of its own, spread over the \
          scene's water; medians of {STEPS} steps in turns. The anemones' step is the library's call alone; the whole sea's \
@@ -76,8 +78,8 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
 }
 
 /// A point in the middle of each singularity, which does not feel its own: by one query, and by one each.
-fn queries(report: &mut Report) {
-    let flows = spread(MANY);
+fn queries(report: &mut Report, seed: u64) {
+    let flows = spread(MANY, seed);
     let mut field = Field::new();
     field.refill(&flows);
     let of = |way: usize| -> Vec<f32> { flows.iter().map(|flow| flow.position[way] as f32).collect() };
@@ -109,12 +111,12 @@ fn world(common: &Common, count: u32) -> Result<World, Failure> {
     let text = format!("{text}\n[modules.crowd]\nuse = \"{}\"\ncount = {count}\n", Crowd::ID);
     let source = Source { name: SCENE.into(), text: text.into() };
     let scene = load_text(&path, source, &folder, &plugins).map_err(Failure::input)?;
-    World::new(scene, &plugins, &Options::default()).map_err(Failure::input)
+    World::new(scene, &plugins, &Options { seed: common.seed, ..Options::default() }).map_err(Failure::input)
 }
 
-/// Sources over the box, by chance that is the same each time.
-fn spread(count: u32) -> Vec<abi::Flow> {
-    let mut random = Random::new(13, 1);
+/// Sources over the box, by a chance that is the same each time.
+fn spread(count: u32, seed: u64) -> Vec<abi::Flow> {
+    let mut random = Random::new(seed, u64::from_le_bytes(*b"sources\0"));
     (1..=u64::from(count))
         .map(|owner| abi::Flow {
             owner,
@@ -150,8 +152,8 @@ impl Plugin for Crowd {
     const STATE_MIN_VERSION: u32 = 1;
     type Config = Config;
 
-    fn create(_: &Host, _: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
-        Ok(Self(spread(config.count)))
+    fn create(_: &Host, scene: &SceneInfo, config: Config) -> Result<Self, ConfigError> {
+        Ok(Self(spread(config.count, scene.seed)))
     }
 
     fn step(&mut self, _: &StepInput, output: &mut Output) -> Result<Status, StepError> {

@@ -97,7 +97,7 @@ fn world(common: &Common, workers: usize) -> Result<World, Failure> {
     let source = Source { name: "bench-waves".into(), text: SCENE.into() };
     let assets = open::assets_folder(common)?;
     let scene = load_text("bench-waves.toml".as_ref(), source, &assets, &plugins).map_err(Failure::input)?;
-    World::new(scene, &plugins, &Options::default()).map_err(Failure::input)
+    World::new(scene, &plugins, &Options { seed: common.seed, ..Options::default() }).map_err(Failure::input)
 }
 
 /// Centres over 10 × 1 × 10 m, the paper's box, half a metre below the surface; where they are and how fast.

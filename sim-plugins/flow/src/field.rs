@@ -33,6 +33,45 @@ const MOST_CELLS_OF_ONE: usize = 256;
 /// Below this many limited primitives a list is faster than a grid.
 const FEWEST_FOR_A_GRID: usize = 8;
 
+/// What a look at some of a step's primitives finds.
+#[derive(Clone, Debug, Default)]
+pub struct Look {
+    /// Numbers of those that may act inside the box, ascending.
+    near: Vec<u32>,
+    /// How many others act at all.
+    far: u32,
+}
+
+impl Look {
+    /// Finds what of some primitives may act inside a box [m, world]; `first`: number of the first of them.
+    /// Reuses its memory.
+    pub fn find(&mut self, flows: &[Flow], first: usize, [least, greatest]: [[f64; 3]; 2]) {
+        self.near.resize(flows.len(), 0);
+        let (mut found, mut far) = (0, 0);
+        // Most of many are far, and which is by chance: no branch hangs on it.
+        for (number, flow) in (first as u32..).zip(flows) {
+            let limited = (flow.kind != abi::FLOW_DIRECTIONAL) & (flow.reach > 0.0);
+            let radius = widened(flow);
+            let mut touches = true;
+            for i in 0..3 {
+                touches &=
+                    (flow.position[i] + radius >= least[i]) & (flow.position[i] - radius <= greatest[i]);
+            }
+            let near = touches | !limited;
+            self.near[found] = number;
+            found += usize::from(near);
+            far += u32::from(!near & (flow.strength != 0.0));
+        }
+        self.near.truncate(found);
+        self.far = far;
+    }
+}
+
+/// The reach of a limited primitive [m], wider by what rounding to f32 may move a point.
+fn widened(flow: &Flow) -> f64 {
+    f64::from(flow.reach) * 1.0001
+}
+
 /// One step's primitives and where they reach. Refilling it allocates nothing once it has grown to its
 /// greatest size.
 #[derive(Clone, Debug, Default)]
@@ -49,6 +88,8 @@ pub struct Field {
     /// Where each cell's indices begin in `members`; one more at the end.
     starts: Vec<u32>,
     members: Vec<u32>,
+    /// Room for who looks at all of them at once.
+    look: Look,
 }
 
 impl Field {
@@ -63,34 +104,26 @@ impl Field {
     }
 
     /// Takes what of a step's primitives may act inside a box [m, world]: for who asks about no other place.
-    pub fn refill_within(&mut self, flows: &[Flow], [least, greatest]: [[f64; 3]; 2]) {
+    pub fn refill_within(&mut self, flows: &[Flow], bounds: [[f64; 3]; 2]) {
+        let mut look = core::mem::take(&mut self.look);
+        look.find(flows, 0, bounds);
+        self.refill_found(flows, [&look]);
+        self.look = look;
+    }
+
+    /// Takes what looks at parts of a step's primitives found, part by part in their order: the same as
+    /// [`Field::refill_within`] their box.
+    pub fn refill_found<'a>(&mut self, flows: &[Flow], looks: impl IntoIterator<Item = &'a Look>) {
         self.flows.clear();
         self.count = 0;
         self.everywhere.clear();
         self.limited.clear();
         self.cells = [0; 3];
-        for flow in flows {
-            let limited = flow.kind != abi::FLOW_DIRECTIONAL && flow.reach > 0.0;
-            // Wider by what rounding to f32 may move a point.
-            let radius = f64::from(flow.reach) * 1.0001;
-            let touches =
-                |i: usize| flow.position[i] + radius >= least[i] && flow.position[i] - radius <= greatest[i];
-            // Most of many are far: the cheap question comes first.
-            if limited && !(0..3).all(touches) {
-                self.count += u32::from(flow.strength != 0.0);
-                continue;
+        for look in looks {
+            self.count += look.far;
+            for flow in look.near.iter().filter_map(|number| flows.get(*number as usize)) {
+                self.take(flow);
             }
-            if !acts(flow) {
-                continue;
-            }
-            self.count += 1;
-            let index = self.flows.len() as u32;
-            if limited {
-                self.limited.push((index, Sphere { center: flow.position, radius }));
-            } else {
-                self.everywhere.push(index);
-            }
-            self.flows.push(*flow);
         }
         if self.limited.len() < FEWEST_FOR_A_GRID {
             self.everywhere.extend(self.limited.drain(..).map(|(index, _)| index));
@@ -99,6 +132,20 @@ impl Field {
             self.sort_into_cells();
         }
         self.everywhere.sort_unstable();
+    }
+
+    fn take(&mut self, flow: &Flow) {
+        if !acts(flow) {
+            return;
+        }
+        self.count += 1;
+        let index = self.flows.len() as u32;
+        if flow.kind != abi::FLOW_DIRECTIONAL && flow.reach > 0.0 {
+            self.limited.push((index, Sphere { center: flow.position, radius: widened(flow) }));
+        } else {
+            self.everywhere.push(index);
+        }
+        self.flows.push(*flow);
     }
 
     /// Those of them that act, in the order in which they came.

@@ -30,7 +30,7 @@ pub mod view;
 pub mod waves;
 
 pub use fearless_simd;
-pub use field::{Field, Sphere};
+pub use field::{Field, Look, Sphere};
 pub use keyframe::{Interpolation, Key, Track};
 pub use packed::{Packed, divergence, velocity, velocity8, velocity16};
 pub use simd::Level;

@@ -13,6 +13,7 @@ mod hostile;
 mod languages;
 mod list;
 mod meshes;
+mod older;
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod own_faults;
 mod raw;

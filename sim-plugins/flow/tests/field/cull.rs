@@ -2,7 +2,7 @@
 
 use reef_abi::{self as abi, Flow};
 use reef_flow::{
-    Field, Level, Packed, Sphere,
+    Field, Level, Look, Packed, Sphere,
     limit::{self, limit},
 };
 
@@ -96,6 +96,38 @@ fn candidates_miss_nothing_that_touches_the_sphere_and_come_in_the_hosts_order()
             }
         }
     }
+}
+
+#[test]
+fn what_is_found_around_a_box_in_parts_changes_no_byte_inside_it() {
+    let (mut field, mut parts) = (Field::new(), Field::new());
+    let (mut whole, mut near) = (Packed::new(), Packed::new());
+    let mut left_out = 0;
+    for seed in 0..40 {
+        let mut flows = sea(seed, 300, [0.0; 3], 12.0);
+        flows.iter_mut().for_each(|flow| flow.reach *= 0.3);
+        let mut random = Random(seed + 2000);
+        let corner = random.point(8.0);
+        let bounds = [corner, corner.map(|at| at + random.within(0.5, 4.0))];
+        let mut looks = [(); 4].map(|()| Look::default());
+        for (look, first) in looks.iter_mut().zip((0..).step_by(90)) {
+            look.find(&flows[first..flows.len().min(first + 90)], first, bounds);
+        }
+        field.refill_within(&flows, bounds);
+        parts.refill_found(&flows, &looks);
+        assert_eq!((parts.flows(), parts.count()), (field.flows(), field.count()));
+        left_out += flows.len() - parts.flows().len();
+        let [low, high] = bounds;
+        let center: [f64; 3] = core::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+        let radius = (0..3).map(|i| 0.5 * (high[i] - low[i])).fold(f64::INFINITY, f64::min);
+        let sphere = Sphere { center, radius };
+        whole.fill(&flows, center, 3);
+        near.fill_near(&parts, sphere, center, 3);
+        let points = inside(sphere, center, &mut random);
+        let both = [&whole, &near].map(|packed| velocities(Level::best(), packed, &points));
+        assert_eq!(both[0], both[1], "seed {seed}");
+    }
+    assert!(left_out > 2000, "most of it is far: {left_out}");
 }
 
 #[test]

@@ -4,8 +4,10 @@
 //! whose roots ride on the feet as they have just become; the fibres that follow guides. Each piece packs the
 //! flow around itself once and writes its nodes to where they are emitted.
 
+mod around;
 mod emit;
 mod ground;
+mod jobs;
 pub(crate) mod own;
 mod pack;
 mod trace;
@@ -14,107 +16,23 @@ mod waves;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use reef_flow::{Field, Level, Packed, Sphere, simd::Ahead, waves::Surges};
+use reef_flow::{Field, Level, Look, Packed, Sphere, simd::Ahead, waves::Surges};
 use reef_sdk::{
-    Chunks, Heightfield, Parts, Workers,
-    abi::{self, Camera, Flow, Material, Obstacle},
+    Chunks,
+    abi::{self, Material},
 };
+
+pub use around::{Settings, Surroundings};
+use jobs::{Jobs, each_batch};
 
 use crate::{
     frame::Frame,
     sow::Harvest,
-    wide::{self, Blend, Chunk, Contacts, Force, StepConstants, Water},
+    wide::{self, Blend, Chunk, Contacts, StepConstants, Water},
 };
 
-/// What surrounds the plants in one step.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
-    /// All primitives, in the host's order.
-    pub flow: &'a [Flow],
-    /// All wave trains, greatest first.
-    pub waves: &'a [abi::Wave],
-    /// Of the water [m].
-    pub depth: f64,
-    /// Who looks: how many trains matter follows from it. None: all do.
-    pub camera: Option<&'a Camera>,
-    /// Rocks.
-    pub obstacles: &'a [Obstacle],
-    /// The sea bed.
-    pub ground: Option<Heightfield<'a>>,
-    /// ρ [kg/m³].
-    pub density: f32,
-    /// μ [Pa s].
-    pub viscosity: f32,
-    /// Length of the step [s]; 0: only emit.
-    pub dt: f64,
-    /// Instruction set.
-    pub level: Level,
-    /// Who shares the work.
-    pub workers: Workers<'a>,
-}
-
-impl Default for Surroundings<'_> {
-    /// Still sea water without a bed.
-    fn default() -> Self {
-        let StepConstants { density, viscosity, .. } = StepConstants::default();
-        Self {
-            flow: &[],
-            waves: &[],
-            depth: 10.0,
-            camera: None,
-            obstacles: &[],
-            ground: None,
-            density,
-            viscosity,
-            dt: 1.0 / 60.0,
-            level: Level::best(),
-            workers: Workers::inline(),
-        }
-    }
-}
-
-/// What a person may change while the sea runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Factor on every K.
-    pub stiffness: f64,
-    /// Added to every n.
-    pub exponent: f64,
-    /// Factor on every τ.
-    pub damping: f64,
-    /// Factor on every drag force.
-    pub drag: f32,
-    /// Factor on the flow's velocity.
-    pub current: f32,
-    /// Factor on the waves' orbital velocity; with 0 there are none.
-    pub waves: f32,
-    /// Leave out wave trains that nobody sees the work of.
-    pub trains: bool,
-    /// Stiffness of contacts over that of the touching node.
-    pub contact: f32,
-    /// The law of fibres whose drag is an area.
-    pub force: Force,
-    /// Loads without deformation.
-    pub rigid: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        let constants = StepConstants::default();
-        Self {
-            stiffness: 1.0,
-            exponent: 0.0,
-            damping: 1.0,
-            drag: constants.drag,
-            current: constants.current,
-            waves: 1.0,
-            trains: true,
-            contact: constants.contact,
-            force: constants.force,
-            rigid: constants.rigid,
-        }
-    }
-}
+/// Primitives of the sea's that one job looks at.
+const LOOK: usize = 1024;
 
 /// Which list of batches a fibre is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,15 +115,6 @@ pub(crate) struct Standing {
     fibres: core::ops::Range<usize>,
 }
 
-/// A wave's batches in jobs of a few.
-#[derive(Clone, Debug, Default)]
-struct Jobs {
-    /// Batches in a job.
-    batches: usize,
-    /// Where each job's nodes begin, one more at the end; from the wave's first node.
-    nodes: Vec<usize>,
-}
-
 /// All plants of a scene.
 #[derive(Clone, Debug)]
 pub struct Bed {
@@ -233,6 +142,8 @@ pub struct Bed {
     breakable: bool,
     evaluations: (u64, u64),
     field: Field,
+    /// What is found in each part of the sea's primitives.
+    found: Vec<Look>,
     swaying: waves::Swaying,
     /// The last step had waves.
     swayed: bool,
@@ -264,6 +175,7 @@ impl Bed {
             breakable: false,
             evaluations: (0, 0),
             field: Field::new(),
+            found: Vec::new(),
             swaying: waves::Swaying::default(),
             swayed: false,
             emitters: Vec::new(),
@@ -344,8 +256,8 @@ impl Bed {
         };
         let moving = around.dt > 0.0;
         if moving {
-            self.field.refill_within(around.flow, self.extent);
-            own::list_emitters(around.flow, self.plants.len(), &mut self.emitters);
+            self.look_around(around);
+            own::list_emitters(self.field.flows(), self.plants.len(), &mut self.emitters);
         }
         let (feet_nodes, rest) = nodes.split_at_mut(self.wave_nodes(0).min(nodes.len()));
         let (fibre_nodes, follower_nodes) = rest.split_at_mut(self.wave_nodes(1).min(rest.len()));
@@ -401,6 +313,22 @@ impl Bed {
             self.swayed = !felt.is_empty();
             self.evaluations = (evaluated.into_inner(), saved.into_inner());
         }
+    }
+
+    /// Takes up the flow around the bed; the look at all of the sea's primitives is shared among the workers.
+    fn look_around(&mut self, around: &Surroundings<'_>) {
+        let Self { field, found, extent, .. } = self;
+        let parts = around.flow.len().div_ceil(LOOK);
+        if found.len() < parts {
+            found.resize_with(parts, Look::default);
+        }
+        let found = &mut found[..parts];
+        around.workers.for_each_part(Chunks::new(found, 1), |part, look| {
+            let first = part * LOOK;
+            let own = &around.flow[first..around.flow.len().min(first + LOOK)];
+            look[0].find(own, first, *extent);
+        });
+        field.refill_found(around.flow, &*found);
     }
 
     /// Puts every plant on the ground, once.
@@ -486,39 +414,6 @@ impl Bed {
         }
         self.stale = true;
         Ok(())
-    }
-}
-
-/// Gives each batch with its nodes (none, where `nodes` is empty) to `work`, and what the one after it needs,
-/// so that it is near by then. Who takes which batches changes nothing.
-fn each_batch(
-    workers: Workers<'_>,
-    batches: &mut [Batch],
-    nodes: &mut [[f32; 4]],
-    jobs: &Jobs,
-    work: impl Fn(&mut Batch, &mut [[f32; 4]], &mut Ahead) + Sync,
-) {
-    let all = |batches: &mut [Batch], mut nodes: &mut [[f32; 4]]| {
-        for at in 0..batches.len() {
-            let (batch, after) = batches[at..].split_at_mut(1);
-            let (batch, next) = (&mut batch[0], after.first());
-            let count = batch.chunk.nodes().min(nodes.len());
-            let (own, rest) = core::mem::take(&mut nodes).split_at_mut(count);
-            let mut ahead = Ahead::none();
-            if let Some(next) = next {
-                next.chunk.needs(&batch.chunk, &mut ahead);
-                ahead.add(&rest[..next.chunk.nodes().min(rest.len())]);
-            }
-            work(batch, own, &mut ahead);
-            nodes = rest;
-        }
-    };
-    let batches = Chunks::new(batches, jobs.batches);
-    if nodes.is_empty() {
-        workers.for_each_part(batches, |_, batches| all(batches, &mut []));
-    } else {
-        let parts = (batches, Parts::new(nodes, &jobs.nodes));
-        workers.for_each_part(parts, |_, (batches, nodes)| all(batches, nodes));
     }
 }
 

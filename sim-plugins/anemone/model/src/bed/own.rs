@@ -15,7 +15,7 @@ pub(crate) fn id_of(plant: u32) -> u64 {
     u64::from(plant) + 1
 }
 
-/// Lists the plants, of `count`, that emit flow in this step, ascending. Reuses `emitters`.
+/// Lists the plants, of `count`, that emit some of this flow, ascending. Reuses `emitters`.
 pub(super) fn list_emitters(flow: &[Flow], count: usize, emitters: &mut Vec<u32>) {
     emitters.clear();
     let ours = |owner: u64| owner.checked_sub(1).filter(|plant| *plant < count as u64);

@@ -411,3 +411,19 @@ fn scatter<S: Simd>(
         *into = Wish { way: of(&ways), speed, water: of(&waters), beats, is };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worker_that_was_among_rocks_asks_for_no_more_room() {
+        let (mut scratch, field) = (Scratch::default(), Field::new());
+        let rocks = [Obstacle::default(); 50];
+        scratch.begin(&field, &rocks);
+        let room = scratch.obstacles.capacity();
+        scratch.obstacles.extend(0..room as u32);
+        scratch.begin(&field, &rocks);
+        assert_eq!(scratch.obstacles.capacity(), room);
+    }
+}

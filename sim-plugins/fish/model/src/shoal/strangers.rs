@@ -110,7 +110,10 @@ pub(super) struct Near {
 impl Near {
     /// Makes room for all of them.
     pub(super) fn reserve(&mut self, standing: &Standing) {
+        // Room for all of them, not for as many more as are in the lists.
+        self.obstacles.clear();
         self.obstacles.reserve(standing.obstacles.len());
+        self.frightening.clear();
         self.frightening.reserve(standing.frightening.len());
     }
 
