@@ -157,7 +157,7 @@ fn slices(level: Level, report: &mut Report) -> Result<(), Failure> {
     let aslant = DVec3::new(0.6, 0.5, 0.6).normalize();
     let ((mut one, up), (mut two, up_too)) = (swim(1, DVec3::Y)?, swim(2, DVec3::Y)?);
     let (in_plane, to_side) = (swim(1, aslant)?.1, swim(2, aslant)?.1);
-    report.figure("way of one slice upward in 16 s", up.length(), "m");
+    report.figure(format!("way of one slice upward in {:.0} s", SWUM as f64 / 60.0), up.length(), "m");
     report.figure("of two slices", up_too.length(), "m");
     report.figure("way of one slice along an aim out of its plane", in_plane.dot(aslant), "m");
     report.figure("of two slices", to_side.dot(aslant), "m");

@@ -54,7 +54,7 @@ use reef_streams::{self as streams, meshes, retained, textures};
 
 pub use assets::Asset;
 pub use error::{PluginError, Refusal};
-pub use guard::{Limits, Noted, forget_state, keep_state, offer_patience, set_limits};
+pub use guard::{KEEPS_STATES, Limits, Noted, forget_state, keep_state, offer_patience, set_limits};
 pub use health::Health;
 pub use info::{ParamInfo, ParamKind, PluginInfo};
 pub use input::StepInput;

@@ -115,16 +115,16 @@ fn species(input: &[u8]) -> Result<Ending, String> {
 /// What a file of a modelling program begins with, and the chunk of its buffer.
 const MODEL: &[u8] = b"glTF\x02\0\0\0";
 const BUFFER: &[u8] = b"BIN\0";
-/// Where in it the length of its JSON stands, and where the JSON begins.
-const JSON: [usize; 2] = [12, 20];
+/// Where in it the JSON begins.
+const JSON: usize = 20;
 
 /// Lets a file's lengths fit what was changed in it.
 fn measure(bytes: &[u8]) -> Option<Vec<u8>> {
-    let json = bytes.get(JSON[1]..)?;
+    let json = bytes.get(JSON..)?;
     let at = json.windows(BUFFER.len()).position(|word| word == BUFFER)?;
     let (json, buffer) = (json.get(..at.checked_sub(4)?)?, &json[at + BUFFER.len()..]);
     let word = |length: usize| (length as u32).to_le_bytes();
-    let whole = word(JSON[1] + json.len() + 8 + buffer.len());
+    let whole = word(JSON + json.len() + 8 + buffer.len());
     Some([MODEL, &whole, &word(json.len()), b"JSON", json, &word(buffer.len()), BUFFER, buffer].concat())
 }
 

@@ -135,7 +135,7 @@ fn test(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
-/// Targets: scenes, species, configs, states, journals, plugins.
+/// Which targets there are, it says itself.
 fn fuzz(arguments: &[String]) -> Outcome {
     let mut command = cargo();
     command.args(["run", "--quiet", "--package", "reef-fuzz", "--"]).args(arguments);

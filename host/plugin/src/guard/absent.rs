@@ -32,6 +32,9 @@ impl Noted {
 }
 
 /// Nobody writes a last state here.
+pub const KEEPS_STATES: bool = false;
+
+/// See [`KEEPS_STATES`].
 pub fn keep_state(_: &std::path::Path, _: &str, _: &[u8]) {}
 
 /// Nothing was kept.

@@ -19,6 +19,11 @@ mod machine;
 #[path = "absent.rs"]
 mod machine;
 
+/// Signals that a plugin's code may cause.
+#[cfg(target_os = "linux")]
+pub(crate) const FAULTS: [i32; 7] =
+    [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT, libc::SIGTRAP, libc::SIGSYS];
+
 pub(crate) use fate::{Fate, Watch};
 pub(crate) use fault::Fault;
 #[cfg(target_os = "linux")]
@@ -30,4 +35,4 @@ pub(crate) use machine::{
     Called, Resident, Text, guarded, join, leave, leave_foreign, probe_read, probe_write, put_back,
     put_back_jobs, put_in_place, require_stack,
 };
-pub use machine::{Noted, forget_state, keep_state};
+pub use machine::{KEEPS_STATES, Noted, forget_state, keep_state};

@@ -118,9 +118,7 @@ fn unanswered(in_time: bool, status: i32) -> String {
 /// Was it a fault of the code, one of those that guards see in the child, too? Whoever is ended by somebody
 /// else, or by the limits that the child has as a whole, may do better another day.
 fn is_fault(status: i32) -> bool {
-    const FAULTS: [i32; 7] =
-        [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT, libc::SIGTRAP, libc::SIGSYS];
-    libc::WIFSIGNALED(status) && FAULTS.contains(&libc::WTERMSIG(status))
+    libc::WIFSIGNALED(status) && crate::guard::FAULTS.contains(&libc::WTERMSIG(status))
 }
 
 /// In the child: lets the system's loader open the library.

@@ -33,12 +33,13 @@ fn failed(error: PluginError) -> Failure {
     Failure::check(StateError::from(error))
 }
 
-/// Goes to each of these times in turn [s], until it is asked to end.
+/// Goes to each of these times in turn [s], until it is asked to end; `seen` gets the sea after each step.
 pub fn visit(
     world: &mut World,
     times: &[f64],
     plain: bool,
     in_order: &InOrder,
+    mut seen: impl FnMut(&mut World),
 ) -> Result<Vec<Moment>, Failure> {
     let mut moments = Vec::new();
     for time in times {
@@ -48,6 +49,7 @@ pub fn visit(
         let bar = say::progress(step - world.clock().step, "steps", plain);
         while world.clock().step < step && in_order.asked().is_none() {
             world.step_toward(step);
+            seen(world);
             bar.inc(1);
         }
         bar.finish_and_clear();

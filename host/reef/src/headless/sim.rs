@@ -150,7 +150,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let began = Instant::now();
     let mut simulated = 0.0;
     let mut broken = None;
-    let moments = jumps::visit(&mut world, &args.at, plain, &in_order)?;
+    let moments = jumps::visit(&mut world, &args.at, plain, &in_order, |world| {
+        if let Some(rescue) = &mut rescue {
+            rescue.keep(world, None);
+        }
+    })?;
     let mut made = 0;
     while made < steps && in_order.asked().is_none() {
         if args.reload_at == Some(world.clock().step + 1) {

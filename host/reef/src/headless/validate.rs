@@ -96,9 +96,11 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let mut verdicts = Vec::new();
     let bar = say::progress(scenes.len() as u64, "scenes", !common.json);
     let in_order = files::in_order();
+    let mut seen = 0;
     for scene in &scenes {
-        verdicts.extend(validate(common, args, scene, &golden, (&gpu, &in_order))?);
-        if let Some(signal) = in_order.asked() {
+        verdicts.extend(validate(common, args, scene, &golden, &gpu, &in_order)?);
+        seen += 1;
+        if let Some(signal) = in_order.asked().filter(|_| seen < scenes.len()) {
             tracing::warn!("ended by {signal}: not all pictures were looked at");
             break;
         }
@@ -147,7 +149,8 @@ fn validate(
     args: &Args,
     scene: &Path,
     golden: &Path,
-    (gpu, in_order): (&Gpu, &InOrder),
+    gpu: &Gpu,
+    in_order: &InOrder,
 ) -> Result<Vec<Verdict>, Failure> {
     let stem = stem(scene);
     let world = open::world(common, scene, reef_sea::Options::default())?;

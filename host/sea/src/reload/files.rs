@@ -306,22 +306,22 @@ impl Files {
             dirty.next = now + AGAIN;
             let last = known.last.as_deref();
             match poll(&path, known.stamp.as_ref(), &mut known.seen, last, dirty, now, &whole) {
-                Look::Same => known.dirty = None,
-                Look::Later if patient => {}
-                Look::Later => {
+                Polled::Same => known.dirty = None,
+                Polled::Later if patient => {}
+                Polled::Later => {
                     // It may be written for long: the next event, or the next patience, looks again.
                     dirty.since = now;
                     dirty.next = now + PATIENCE;
                 }
-                Look::Part(_) if patient => {}
-                Look::Part(image) | Look::Whole(image) => {
+                Polled::Part(_) if patient => {}
+                Polled::Part(image) | Polled::Whole(image) => {
                     let image = Arc::new(image);
                     (known.stamp, known.last, known.dirty) = (None, Some(image.clone()), None);
                     changes.push(Change { path, content: Ok(image) });
                 }
-                Look::Gone => known.dirty = None,
-                Look::Unreadable(_) if patient => {}
-                Look::Unreadable(problem) => {
+                Polled::Gone => known.dirty = None,
+                Polled::Unreadable(_) if patient => {}
+                Polled::Unreadable(problem) => {
                     known.dirty = None;
                     changes.push(Change { path, content: Err(problem) });
                 }
@@ -357,7 +357,7 @@ fn names_in(folder: &Path) -> impl Iterator<Item = OsString> {
     fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name())
 }
 
-enum Look {
+enum Polled {
     /// Read before.
     Same,
     /// Somebody writes it.
@@ -377,40 +377,40 @@ fn poll(
     dirty: &Dirty,
     now: Instant,
     whole: &impl Fn(&Path, &Image<'_>) -> bool,
-) -> Look {
+) -> Polled {
     let file = match bounded::open(path) {
         Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Look::Gone,
-        Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Polled::Gone,
+        Err(error) => return Polled::Unreadable(format!("cannot be read: {error}")),
     };
-    let Some(before) = stamp_of(&file) else { return Look::Later };
+    let Some(before) = stamp_of(&file) else { return Polled::Later };
     if known == Some(&before) {
-        return Look::Same;
+        return Polled::Same;
     }
     if before.length > LARGEST || !file.metadata().is_ok_and(|data| data.is_file()) {
-        return Look::Unreadable(format!("is no file of at most {LARGEST} bytes"));
+        return Polled::Unreadable(format!("is no file of at most {LARGEST} bytes"));
     }
     let lease = Lease::new(&file);
     let quiet = now.duration_since(dirty.heard) >= QUIET;
     match lease.writers {
         Writers::None => {}
-        Writers::Some => return Look::Later,
+        Writers::Some => return Polled::Later,
         Writers::Unknown if dirty.closed || quiet => {}
-        Writers::Unknown => return Look::Later,
+        Writers::Unknown => return Polled::Later,
     }
     let image = match Image::read(&file, before.length) {
         Ok(image) => image,
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Look::Later,
-        Err(error) => return Look::Unreadable(format!("cannot be read: {error}")),
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Polled::Later,
+        Err(error) => return Polled::Unreadable(format!("cannot be read: {error}")),
     };
     if lease.writers == Writers::Unknown && stamp_of(&file).as_ref() != Some(&before) {
-        return Look::Later;
+        return Polled::Later;
     }
     *seen = Some(before);
     match last {
-        Some(last) if *last == image => Look::Same,
-        _ if whole(path, &image) => Look::Whole(image),
-        _ => Look::Part(image),
+        Some(last) if *last == image => Polled::Same,
+        _ if whole(path, &image) => Polled::Whole(image),
+        _ => Polled::Part(image),
     }
 }
 

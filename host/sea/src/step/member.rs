@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use reef_abi as abi;
-use reef_plugin::{Instance, PluginError, Registry};
+use reef_plugin::{Health, Instance, PluginError, Registry};
 
 use super::world::WorldError;
 use crate::scene::Module;
@@ -28,6 +28,11 @@ pub(crate) struct Member {
 }
 
 impl Member {
+    /// It runs, and gives its state as far as is known.
+    pub(crate) fn is_savable(&self) -> bool {
+        !self.unsavable && *self.instance.health() == Health::Running
+    }
+
     pub(crate) fn new(name: &str, params: &[(u32, f64)], instance: Instance) -> Self {
         Self {
             name: name.to_owned(),

@@ -8,7 +8,7 @@ use std::{
 };
 
 use reef_files::cache;
-use reef_plugin::{forget_state, keep_state};
+use reef_plugin::{KEEPS_STATES, forget_state, keep_state};
 
 use super::{hash::Chain, world::World};
 
@@ -49,11 +49,11 @@ impl Rescue {
     /// Keeps the present state, where one is due. `chain`: the hashes so far.
     pub fn keep(&mut self, world: &mut World, chain: Option<&Chain>) {
         let (began, step) = (Instant::now(), world.clock().step);
-        if began < self.next || self.step == Some(step) {
+        if !KEEPS_STATES || began < self.next || self.step == Some(step) {
             return;
         }
-        // A module that gives no state has told why; the state before stays.
-        if let Ok(bytes) = world.save(chain) {
+        // Where a module gives no state, the state before stays.
+        if let Some(bytes) = world.try_save(chain) {
             keep_state(&self.path, &format!("The sea at step {step}"), &bytes);
             self.step = Some(step);
         }

@@ -114,9 +114,14 @@ impl World {
     /// The whole sea. `chain`: the hashes so far, so that a run from here continues them.
     pub fn save(&mut self, chain: Option<&Chain>) -> Result<Vec<u8>, StateError> {
         let envelopes = self.save_members()?;
+        self.encode(&envelopes, chain)
+    }
+
+    /// The whole sea of these states of its modules.
+    pub(crate) fn encode(&self, envelopes: &[Vec<u8>], chain: Option<&Chain>) -> Result<Vec<u8>, StateError> {
         let said = &self.exchange.said;
         let modules =
-            self.members.iter().zip(said).zip(&envelopes).map(|((member, said), envelope)| ModuleHeader {
+            self.members.iter().zip(said).zip(envelopes).map(|((member, said), envelope)| ModuleHeader {
                 name: member.name.clone(),
                 plugin: member.instance.info().id.clone(),
                 flows: said.flows.len() as u64,
@@ -141,7 +146,7 @@ impl World {
         bytes.extend_from_slice(&FORMAT.to_le_bytes());
         bytes.extend_from_slice(&(header.len() as u32).to_le_bytes());
         bytes.extend_from_slice(&header);
-        for (said, envelope) in said.iter().zip(&envelopes) {
+        for (said, envelope) in said.iter().zip(envelopes) {
             bytes.extend_from_slice(bytemuck::cast_slice(&said.flows));
             bytes.extend_from_slice(bytemuck::cast_slice(&said.actors));
             for (id, origin) in said.objects.iter() {

@@ -18,6 +18,7 @@ use super::{
     exchange::{Exchange, Said},
     frames::Frames,
     hands::Hands,
+    hash::Chain,
     history::History,
     member::{Member, counted, instance_of, param_event},
     recent::Recent,
@@ -360,7 +361,7 @@ impl World {
         }
     }
 
-    /// Looks at the sea after these modules said this: that counts, not what they say while it looks.
+    /// Refreshes the sea after these modules said this: that counts, not what they say while it does.
     pub(crate) fn refresh_after(&mut self, said: Vec<(usize, Said)>, refresh: impl FnOnce(&mut Self)) {
         for (at, said) in &said {
             self.exchange.said[*at].clone_from(said);
@@ -395,29 +396,44 @@ impl World {
     /// Saves the state of a module whose turn it is.
     fn save_one(&mut self) {
         let (Some(recent), step) = (&mut self.recent, self.clock.step) else { return };
-        let running = |at: usize| {
-            let member = &self.members[at];
-            !member.unsavable && *member.instance.health() == Health::Running
-        };
-        let Some(at) = recent.due(step, running) else { return };
+        let members = &self.members;
+        let Some(at) = recent.due(step, |at| members[at].is_savable()) else { return };
         match self.members[at].instance.save() {
             Ok(state) => recent.saved(at, step, state),
-            Err(error) => {
-                let instance = &mut self.members[at].instance;
-                if error.is_fatal() {
-                    instance.condemn(error.to_string());
+            Err(error) => self.note_unsaved(at, &error),
+        }
+    }
+
+    /// A module did not give its state when it was asked: it is not asked again.
+    fn note_unsaved(&mut self, at: usize, error: &PluginError) {
+        let member = &mut self.members[at];
+        if error.is_fatal() {
+            member.instance.condemn(error.to_string());
+        }
+        if *member.instance.health() != Health::Running {
+            return; // The next step tells of the fault, and who takes over is saved again.
+        }
+        member.unsavable = true;
+        let name = member.name.clone();
+        self.tell(&name, format!("it does not give its state, so nothing can take over from it: {error}"));
+    }
+
+    /// The whole sea, as [`World::save`]; None: some module does not give its state, which is told once.
+    pub(crate) fn try_save(&mut self, chain: Option<&Chain>) -> Option<Vec<u8>> {
+        if !self.members.iter().all(Member::is_savable) {
+            return None;
+        }
+        let mut states = Vec::with_capacity(self.members.len());
+        for at in 0..self.members.len() {
+            match self.members[at].instance.save() {
+                Ok(state) => states.push(state),
+                Err(error) => {
+                    self.note_unsaved(at, &error);
+                    return None;
                 }
-                if *instance.health() != Health::Running {
-                    return; // The next step tells of the fault, and who takes over is saved again.
-                }
-                let name = self.members[at].name.clone();
-                self.members[at].unsavable = true;
-                self.tell(
-                    &name,
-                    format!("it does not give its state, so nothing can take over from it: {error}"),
-                );
             }
         }
+        self.encode(&states, chain).ok()
     }
 
     /// Makes a new frame of the present step: instances took others' places. States of others are no past of

@@ -77,7 +77,7 @@ pub const PARAMS: &[Param] = &[
         .label("Heed others")
         .group("Behaviour")
         .default(1.0)
-        .help("They keep off what swims or stands in other modules, and flee from what is large and fast there, or feared."),
+        .help("They keep off others of other modules, and flee from who is large and fast, or feared."),
     Param::float(id::SKIN, "skin")
         .label("Skin")
         .group("Figures")

@@ -87,7 +87,8 @@ fn surface(level: Level) {
         |side: usize, k: usize| (slice.strand(side).nth(k).unwrap_or_default() - slice.place()).as_vec2();
     let time = best(|| {
         let discs = (0..points).map(|k| Disc::turned([near(1, k), near(0, k)], &frame));
-        fringe.write(level, discs, &mut vertices);
+        fringe.hang(discs);
+        fringe.write(level, &mut vertices);
     });
     println!("  tentacles of {} vertices: {time:.4} ms", vertices.len());
 }

@@ -32,7 +32,7 @@ pub struct Group {
     #[schemars(length(max = 100))]
     pub species: String,
     /// How many there are.
-    #[serde(default = "one_animal")]
+    #[serde(default = "one_whole")]
     #[schemars(range(min = 1, max = 512))]
     pub count: u32,
     /// The corner with the least x, y and z of the box: they swim up until they are near its top, then sink,
@@ -48,7 +48,7 @@ pub struct Group {
     pub scale: [f64; 2],
     /// Slices of water of each: 1, or 2 at right angles, which cost twice as much; with 2 they turn to any
     /// side, and their bells need not be symmetric.
-    #[serde(default = "one_slice")]
+    #[serde(default = "one_whole")]
     #[schemars(range(min = 1, max = 2))]
     pub slices: u32,
     /// Seed of places, sizes and differences. Without it: the scene's.
@@ -86,9 +86,9 @@ pub struct Placed {
     #[serde(default = "upward")]
     #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub aim: [f64; 3],
-    /// Slices of water: 1, or 2 at right angles, which cost twice as much; with 2 it turns to any side, and its
-    /// bell need not be symmetric.
-    #[serde(default = "one_slice")]
+    /// Slices of water: 1, or 2 at right angles, which cost twice as much; with 2 it turns to any side, and
+    /// its bell need not be symmetric.
+    #[serde(default = "one_whole")]
     #[schemars(range(min = 1, max = 2))]
     pub slices: u32,
     /// Specks of dye in its water, which debug lines show.
@@ -100,11 +100,7 @@ pub struct Placed {
     pub seed: Option<u32>,
 }
 
-fn one_animal() -> u32 {
-    1
-}
-
-fn one_slice() -> u32 {
+fn one_whole() -> u32 {
     1
 }
 

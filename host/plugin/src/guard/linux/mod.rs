@@ -31,7 +31,7 @@ use frame::Frame;
 pub(crate) use last::Called;
 pub use last::Noted;
 pub(crate) use probe::{probe_read, probe_write};
-pub use rescue::{forget_state, keep_state};
+pub use rescue::{KEEPS_STATES, forget_state, keep_state};
 pub(crate) use stack::{Resident, Thread, require_stack};
 pub use taken::ever_taken;
 pub(crate) use taken::{Taken, put_back, put_back_jobs, put_in_place};

@@ -12,6 +12,9 @@ const PLACE: usize = 1;
 const WHAT: usize = 2;
 const BYTES: usize = 3;
 
+/// Last words write the state that is kept.
+pub const KEEPS_STATES: bool = true;
+
 /// Keeps the bytes of a state, which the file `path` gets should the program end by a fault that no guard
 /// contains; its last words then say that `what` is there. The next state takes this one's place.
 pub fn keep_state(path: &Path, what: &str, bytes: &[u8]) {
@@ -44,7 +47,7 @@ fn put(state: &Sealed) -> bool {
     let flags = libc::O_WRONLY | libc::O_CREAT | libc::O_TRUNC | libc::O_CLOEXEC;
     // SAFETY: both paths end with a zero; the bytes are there; a signal handler may do all of this.
     unsafe {
-        let file = libc::open(part, flags, 0o666);
+        let file = libc::open(part, flags | libc::O_NOFOLLOW, 0o600);
         if file < 0 {
             return false;
         }

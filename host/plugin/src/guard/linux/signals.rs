@@ -16,13 +16,9 @@ use super::{
     last, stack,
 };
 use crate::{
-    guard::{Fate, fate::stage},
+    guard::{FAULTS, Fate, fate::stage},
     marker::{self, Place},
 };
-
-/// Signals that a plugin's code may cause.
-const FAULTS: [i32; 7] =
-    [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT, libc::SIGTRAP, libc::SIGSYS];
 
 /// Wakes a runaway that waits in the system. Nobody else's default: ignored.
 pub(super) const NUDGE: i32 = libc::SIGURG;

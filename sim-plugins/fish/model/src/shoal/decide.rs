@@ -331,26 +331,22 @@ fn stand<S: Simd>(
                 let moving = velocity8(simd, &scratch.water, x, y, z);
                 water = crate::lanes::select(mask32x8::from_bitmask(simd, here), moving, water);
             }
-            if !scratch.standing.obstacles.is_empty() {
-                for lane in (0..count).filter(|lane| here >> lane & 1 == 1) {
-                    let body = body(scene, eight, habits, lane);
-                    let mut off = Off::default();
-                    for number in &scratch.standing.obstacles {
-                        body.rock(&scene.standing.obstacles[*number as usize], &mut off);
-                    }
-                    add_off(&off, lane, [&mut urge, &mut push]);
-                }
+            let near = &scratch.standing;
+            if near.obstacles.is_empty() && near.frightening.is_empty() {
+                continue;
             }
             for lane in (0..count).filter(|lane| here >> lane & 1 == 1) {
-                if scratch.standing.frightening.is_empty() {
-                    break;
-                }
                 let body = body(scene, eight, habits, lane);
+                let mut off = Off::default();
+                for number in &near.obstacles {
+                    body.rock(&scene.standing.obstacles[*number as usize], &mut off);
+                }
+                add_off(&off, lane, [&mut urge, &mut push]);
                 let sees = |way: Vec3| perceive::sees(way.dot(body.course), way.length_squared());
                 let who = (body.at, body.length as f32);
-                if let Some((way, near)) = scratch.standing.threat(scene.standing, habits, who, sees) {
+                if let Some((way, gap)) = near.threat(scene.standing, habits, who, sees) {
                     (0..3).for_each(|axis| threat[axis].0[lane] = way[axis]);
-                    squared.0[lane] = near;
+                    squared.0[lane] = gap;
                 }
             }
         }
@@ -409,21 +405,5 @@ fn scatter<S: Simd>(
         let is = flags.iter().filter(|(bits, _)| bits >> lane & 1 == 1).map(|(_, flag)| flag).sum();
         let (speed, beats) = (speed[lane], beats[lane]);
         *into = Wish { way: of(&ways), speed, water: of(&waters), beats, is };
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_worker_that_was_among_rocks_asks_for_no_more_room() {
-        let (mut scratch, field) = (Scratch::default(), Field::new());
-        let rocks = [Obstacle::default(); 50];
-        scratch.begin(&field, &rocks);
-        let room = scratch.obstacles.capacity();
-        scratch.obstacles.extend(0..room as u32);
-        scratch.begin(&field, &rocks);
-        assert_eq!(scratch.obstacles.capacity(), room);
     }
 }

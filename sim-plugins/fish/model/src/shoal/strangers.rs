@@ -157,3 +157,20 @@ impl Near {
         seen.filter(|(way, _)| sees(*way)).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_asks_for_room_once_in_however_many_steps() {
+        let standing = Standing { obstacles: vec![Obstacle::default(); 50], ..Standing::default() };
+        let mut near = Near::default();
+        near.reserve(&standing);
+        let room = near.obstacles.capacity();
+        assert!(room >= 50);
+        (0..room as u32).for_each(|number| near.obstacles.push(number));
+        near.reserve(&standing);
+        assert_eq!(near.obstacles.capacity(), room);
+    }
+}

@@ -52,8 +52,8 @@ const HOMEWARD: f64 = 2.0;
 const LEANS: f64 = 0.7;
 /// How near the surface and the bed the middle of a bell comes, in widths of it.
 const CLEAR: f64 = 0.75;
-/// Share of the difference in speed of two slices that they lose in a step.
-const PACE: f64 = 0.5;
+/// Time in which two slices of a bell lose half of what one is faster than the other [s].
+const PACE: f64 = 1.0 / 120.0;
 
 /// An animal with its water, its surface and its place.
 #[derive(Clone, Debug)]
@@ -95,6 +95,8 @@ pub(super) struct Animal {
     /// Dye in the water of its own slice [m].
     pub(super) tracers: Vec<DVec2>,
     pub(super) velocity: DVec3,
+    /// Nothing of it is farther from its place, whether it is written or not [m].
+    pub(super) reach: f32,
     /// Of its bell, at rest or noisy, beyond the chain [m].
     shell: f32,
 }
@@ -151,6 +153,7 @@ impl Animal {
             far: false,
             tracers: (0..birth.tracers).map(even).collect(),
             velocity: DVec3::ZERO,
+            reach: 0.0,
             shell: ((1.5 + 2.0 * heights) * species.bell.thickness) as f32,
             cross: (birth.slices > 1).then(|| own.clone()),
             own,
@@ -169,16 +172,22 @@ impl Animal {
         [Some(&mut self.own), self.cross.as_mut()].into_iter().flatten()
     }
 
-    /// A point of its own slice in the world [m].
+    /// A point of its own slice in the world [m]: in the plane that leans as the slice across does.
     pub(super) fn world(&self, point: DVec2) -> DVec3 {
+        if self.cross.is_none() {
+            return self.upright(point);
+        }
+        let middle = self.own.slice.place();
+        self.upright(middle) + self.frames()[0].of((point - middle).as_vec2()).as_dvec3()
+    }
+
+    /// The same where that plane is upright.
+    fn upright(&self, point: DVec2) -> DVec3 {
         let way = point - self.own.first;
         let place = self.base + self.frame.x.as_dvec3() * way.x + self.frame.y.as_dvec3() * way.y;
         match &self.cross {
             None => place,
-            Some(cross) => {
-                let across = (cross.slice.place() - cross.first).x;
-                place + self.frame.z.as_dvec3() * across
-            }
+            Some(cross) => place + self.frame.z.as_dvec3() * (cross.slice.place() - cross.first).x,
         }
     }
 
@@ -190,7 +199,7 @@ impl Animal {
 
     /// Middle of the bell [m, world].
     pub(super) fn place(&self) -> DVec3 {
-        self.world(self.own.slice.place())
+        self.upright(self.own.slice.place())
     }
 
     /// Where the apex of its own slice points, in the world: y of the slice across. A unit vector.
@@ -312,7 +321,7 @@ impl Animal {
         for part in 0..parts as usize {
             let courses = self.courses(tuning.tilt);
             self.sections_mut().zip(courses).for_each(|(section, course)| section.slice.steer(course));
-            self.keep_pace();
+            self.keep_pace(dt);
             let phase = self.own.slice.phase();
             self.sections_mut().for_each(|section| section.step(around.level, dt));
             if self.own.slice.phase() < phase {
@@ -333,10 +342,10 @@ impl Animal {
     }
 
     /// Both slices are of one bell: what one of them swims faster forward than the other, they share.
-    fn keep_pace(&mut self) {
+    fn keep_pace(&mut self, dt: f64) {
         let Some(cross) = &mut self.cross else { return };
         let axis = self.own.slice.axis();
-        let ahead = 0.5 * PACE * (self.own.slice.velocity().dot(axis) - cross.slice.velocity().y);
+        let ahead = 0.5 * dt / (dt + PACE) * (self.own.slice.velocity().dot(axis) - cross.slice.velocity().y);
         self.own.slice.tow(axis * -ahead);
         cross.slice.tow(DVec2::Y * ahead);
     }
@@ -406,7 +415,7 @@ impl Animal {
         self.base += kept - place;
     }
 
-    /// What it does to the sea, from its slice and its place.
+    /// What it does to the sea, from its slice and its place; and where its skin is to be.
     pub(super) fn emit(&mut self, choice: &Choice) {
         self.fit = choice.fit(&self.own.slice);
         let (owner, diameter) = (self.id, self.diameter);
@@ -421,6 +430,26 @@ impl Animal {
             flows.as_flattened_mut().iter_mut().for_each(|flow| *flow = stronger(flow, 0.5));
         }
         self.flows = flows;
+        self.pose();
+    }
+
+    /// Where tentacles and arms hang, and how far anything is from its place.
+    fn pose(&mut self) {
+        let frames = self.frames();
+        let seen = [&frames[0], &frames[1]];
+        let Self { own, cross, skins, far, .. } = self;
+        let Skin { tentacles, arms, every, .. } = &mut skins[usize::from(*far)];
+        let (pairs, others) = (own.tentacles(), cross.as_ref().map(Section::tentacles));
+        if *far {
+            tentacles.hang(discs(pairs.step_by(*every), others.map(|pairs| pairs.step_by(*every)), seen));
+        } else {
+            tentacles.hang(discs(rounded(pairs), others.map(rounded), seen));
+        }
+        let others = cross.as_ref().map(|cross| cross.arms().step_by(*every));
+        arms.hang(discs(own.arms().step_by(*every), others, seen));
+        let of_bell = discs(own.bell(), cross.as_ref().map(Section::bell), seen).map(|disc| disc.reach());
+        let reach = of_bell.fold(tentacles.reach().max(arms.reach()), f32::max);
+        self.reach = reach + self.shell;
     }
 
     fn skin(&self) -> &Skin {
@@ -457,41 +486,12 @@ impl Animal {
         let (into_arms, into_bell) = into.split_at_mut(arms);
         let frames = self.frames();
         let Self { own, cross, skins, far, .. } = self;
-        let Skin { bell, tentacles, arms, every } = &mut skins[usize::from(*far)];
-        let (every, seen) = (*every, [&frames[0], &frames[1]]);
-        let (pairs, others) = (own.tentacles(), cross.as_ref().map(Section::tentacles));
-        if *far {
-            let others = others.map(|pairs| pairs.step_by(every));
-            tentacles.write_nodes(level, discs(pairs.step_by(every), others, seen), nodes);
-        } else {
-            tentacles.write_nodes(level, discs(rounded(pairs), others.map(rounded), seen), nodes);
-        }
-        let others = cross.as_ref().map(|cross| cross.arms().step_by(every));
-        arms.write(level, discs(own.arms().step_by(every), others, seen), into_arms);
+        let Skin { bell, tentacles, arms, .. } = &mut skins[usize::from(*far)];
+        tentacles.write_nodes(level, nodes);
+        arms.write(level, into_arms);
         let sections = core::iter::once(&*own).chain(cross.as_ref()).zip(frames);
         let slices = sections.map(|(section, frame)| (section.slice.chain(), section.slice.place(), frame));
         bell.write(level, slices, time, into_bell);
-    }
-
-    /// Nothing of it is farther from its place [m], whether it is written or not.
-    pub(super) fn reach(&self) -> f32 {
-        let Self { own, cross, .. } = self;
-        let Skin { tentacles, arms, every, .. } = self.skin();
-        let frames = self.frames();
-        let seen = [&frames[0], &frames[1]];
-        let (pairs, others) = (own.tentacles(), cross.as_ref().map(Section::tentacles));
-        let of_tentacles = if self.far {
-            tentacles.reach(discs(pairs.step_by(*every), others.map(|pairs| pairs.step_by(*every)), seen))
-        } else {
-            tentacles.reach(discs(rounded(pairs), others.map(rounded), seen))
-        };
-        let others = cross.as_ref().map(|cross| cross.arms().step_by(*every));
-        let of_arms = arms.reach(discs(own.arms().step_by(*every), others, seen));
-        let of_bell = self.sections().flat_map(|section| {
-            let origin = section.slice.place();
-            section.slice.chain().map(move |point| (point - origin).as_vec2().length_squared())
-        });
-        of_tentacles.max(of_arms).max(of_bell.fold(0.0, f32::max).sqrt()) + self.shell
     }
 }
 

@@ -322,7 +322,7 @@ impl Bloom {
 
     /// A radius around an animal's place that all of it is within [m], whether it is written or not.
     pub fn reach(&self, animal: usize) -> Option<f32> {
-        Some(self.animals.get(animal)?.reach())
+        Some(self.animals.get(animal)?.reach)
     }
 
     /// The slice of an animal along its heading.
@@ -335,8 +335,8 @@ impl Bloom {
         Some(&self.animals.get(animal)?.cross.as_ref()?.slice)
     }
 
-    /// Steers an animal toward a direction of the world from now on, as far as its slice's plane goes; one
-    /// that is none changes nothing.
+    /// Steers an animal toward a direction of the world from now on, of one slice as far as its plane
+    /// goes; a way that is none changes nothing.
     pub fn steer(&mut self, animal: usize, aim: DVec3) {
         if let Some(animal) = self.animals.get_mut(animal)
             && aim.is_finite()

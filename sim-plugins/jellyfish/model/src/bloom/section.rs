@@ -52,6 +52,15 @@ impl Section {
         }
     }
 
+    /// The pairs of the bell's points, from the apex to the margin, from the bell's middle [m].
+    pub(super) fn bell(&self) -> impl Iterator<Item = [Vec2; 2]> + '_ {
+        let origin = self.slice.place();
+        let near = move |point: DVec2| (point - origin).as_vec2();
+        let (right, left) = (self.slice.chain().rev(), self.slice.chain());
+        let count = left.len().div_ceil(2);
+        right.zip(left).take(count).map(move |(right, left)| [near(right), near(left)])
+    }
+
     /// The points of the tentacles on the side of positive x and opposite, from root to tip, from the bell's
     /// middle [m].
     pub(super) fn tentacles(&self) -> impl Iterator<Item = [Vec2; 2]> + Clone + '_ {

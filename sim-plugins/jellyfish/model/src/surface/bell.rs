@@ -291,7 +291,7 @@ fn turned(profile: &Profile, ring: usize, share: f32, frame: &Frame) -> (Disc, [
     (Disc::turned(pair, frame), out)
 }
 
-/// The same of two slices: what leans outward goes over from one pair to the other.
+/// The same of two slices: outward as both do in the mean, and on each side of each as much more as there.
 fn crossed([own, other]: [&Profile; 2], ring: usize, share: f32, frames: [&Frame; 2]) -> (Disc, [Vec3; 5]) {
     let pairs = [own.pair(ring), other.pair(ring)];
     let disc = Disc::crossed(pairs, frames);

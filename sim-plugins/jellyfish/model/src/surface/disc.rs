@@ -34,7 +34,7 @@ pub struct Disc {
     pub centre: Vec3,
     /// From there toward φ = 0 [m].
     pub half: Vec3,
-    /// From there toward φ = π/2 [m], and its direction.
+    /// From there toward φ = π/2 [m].
     pub side: Vec3,
     /// Direction of `side`.
     pub aside: Vec3,

@@ -162,20 +162,22 @@ impl Fringe {
         (0..self.form.count).flat_map(|_| tube.clone()).collect()
     }
 
-    /// Nothing of it is farther from the origin [m]; `discs` as in [`Fringe::write`].
-    pub fn reach(&self, discs: impl Iterator<Item = Disc>) -> f32 {
-        if self.form.count == 0 {
-            return 0.0;
-        }
+    /// Takes the discs that its tubes meet from root to tip.
+    pub fn hang(&mut self, discs: impl Iterator<Item = Disc>) {
+        self.discs.iter_mut().zip(discs).for_each(|(own, disc)| *own = disc);
+    }
+
+    /// Nothing of it is farther from the origin [m].
+    pub fn reach(&self) -> f32 {
+        let Some(root) = self.discs.first().filter(|_| self.form.count > 0) else { return 0.0 };
         let longest = self.tables[2].iter().copied().fold(1.0, f32::max);
-        let mut root = None;
-        let mut most = 0.0_f32;
-        for disc in discs.take(self.points) {
-            let (root, root_far) = *root.get_or_insert((disc, disc.reach()));
-            most = most.max(disc.reach().max(root_far) + (longest - 1.0) * disc.less(&root).reach());
-        }
+        let root_far = root.reach();
+        let far = self
+            .discs
+            .iter()
+            .map(|disc| disc.reach().max(root_far) + (longest - 1.0) * disc.less(root).reach());
         let thickest = self.radii.as_flattened().iter().copied().fold(0.0, f32::max);
-        most + thickest.max(self.thinnest())
+        far.fold(0.0, f32::max) + thickest.max(self.thinnest())
     }
 
     /// Least radius of a node [m]: a tip that is closed still has a width.
@@ -183,9 +185,8 @@ impl Fringe {
         THINNEST * self.form.radius[0] as f32
     }
 
-    /// Makes all vertices, [`Fringe::vertices`] of them. `discs`: what tubes meet from root to tip.
-    pub fn write(&mut self, level: Level, discs: impl Iterator<Item = Disc>, into: &mut [DrawVertex]) {
-        self.set_discs(discs);
+    /// Makes all vertices, [`Fringe::vertices`] of them.
+    pub fn write(&mut self, level: Level, into: &mut [DrawVertex]) {
         reef_flow::dispatch!(level, simd => {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points * SIDES).enumerate() {
                 self.eight(simd, block * WIDTH, into);
@@ -193,10 +194,8 @@ impl Fringe {
         });
     }
 
-    /// Middles of all tubes, as many as points of all, tube after tube from root to tip; `discs` as in
-    /// [`Fringe::write`].
-    pub fn write_nodes(&mut self, level: Level, discs: impl Iterator<Item = Disc>, into: &mut [FibreNode]) {
-        self.set_discs(discs);
+    /// Middles of all tubes, [`Fringe::count`] times [`Fringe::points`], tube after tube from root to tip.
+    pub fn write_nodes(&mut self, level: Level, into: &mut [FibreNode]) {
         reef_flow::dispatch!(level, simd => {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
                 self.along(simd, block * WIDTH);
@@ -209,10 +208,6 @@ impl Fringe {
                 }
             }
         });
-    }
-
-    fn set_discs(&mut self, discs: impl Iterator<Item = Disc>) {
-        self.discs.iter_mut().zip(discs).for_each(|(own, disc)| *own = disc);
     }
 
     /// The middles of eight tubes, into `lines`.

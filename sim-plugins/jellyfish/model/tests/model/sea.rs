@@ -55,7 +55,7 @@ fn current(velocity: [f32; 3]) -> Flow {
     Flow { kind: abi::FLOW_DIRECTIONAL, axis: velocity.map(|v| v / strength), strength, ..Flow::default() }
 }
 
-fn vertices(bloom: &mut Bloom) -> Vec<DrawVertex> {
+pub(crate) fn vertices(bloom: &mut Bloom) -> Vec<DrawVertex> {
     written(bloom).0
 }
 

@@ -2,19 +2,13 @@
 
 use core::f32::consts::TAU;
 
+use crate::sea::{birth, usual, vertices};
 use glam::{DVec3, Vec2, Vec3};
-use reef_flow::Level;
 use reef_jellyfish_model::{
     bloom::{Birth, Bloom, PRIMITIVES, Surroundings, Tuning},
     slice::Slice,
     surface::{Disc, Frame},
 };
-use reef_sdk::{
-    Workers,
-    abi::{DrawVertex, FibreNode},
-};
-
-use crate::sea::{birth, usual};
 
 fn bloom(births: &[Birth]) -> Bloom {
     Bloom::new(&[usual()], births).expect("a bloom")
@@ -28,13 +22,6 @@ fn animal(slices: usize, aim: DVec3) -> Bloom {
 fn swim(bloom: &mut Bloom, seconds: f64) {
     let around = Surroundings::default();
     (0..(seconds / around.dt) as usize).for_each(|_| bloom.step(&around));
-}
-
-fn written(bloom: &mut Bloom) -> Vec<DrawVertex> {
-    let mut vertices = vec![DrawVertex::default(); bloom.vertex_count()];
-    let mut nodes = vec![FibreNode::default(); bloom.node_count()];
-    bloom.write(Level::best(), Workers::inline(), 0.0, (&mut vertices, &mut nodes));
-    vertices
 }
 
 #[test]
@@ -62,7 +49,7 @@ fn upright_it_swims_as_one_slice_does() {
     swim(&mut two, 1.5);
     // Arms drift as they will; bells are alike, as long as eddies have not made rounding grow.
     let [arms, _] = two.vertices(0).expect("an animal");
-    let [bell, bell_too] = [written(&mut one), written(&mut two)];
+    let [bell, bell_too] = [vertices(&mut one), vertices(&mut two)];
     let off = bell[arms..].iter().zip(&bell_too[arms..]);
     let off = off.map(|(a, b)| Vec3::from(a.position).distance(b.position.into())).fold(0.0, f32::max);
     assert!(off > 0.0 && off < 0.005 * usual().bell.diameter as f32, "{off}");
@@ -143,7 +130,7 @@ fn two_slices_go_on_from_a_saved_state_alike() {
     swim(&mut first, 1.0);
     swim(&mut second, 1.0);
     assert!(first.save() == second.save());
-    assert!(written(&mut first) == written(&mut second));
+    assert!(vertices(&mut first) == vertices(&mut second));
     let refused = bloom(&[1, 1, 2].map(|slices| Birth { slices, ..birth(slices as u64) })).load(&state);
     assert!(refused.as_ref().is_err_and(|text| text.contains("5 slices; here are 3 with 4")), "{refused:?}");
     let none = Bloom::new(&[usual()], &[Birth { slices: 3, ..birth(0) }]).expect_err("refused");
@@ -160,6 +147,31 @@ fn two_slices_take_another_grid_and_come_apart_in_nothing() {
     let place = swimming.place(0).expect("a place");
     let far = swimming.chain(0).map(|point| point.distance(place)).fold(0.0, f64::max);
     assert!(far < usual().bell.diameter, "{far}");
-    let finite = written(&mut swimming).iter().all(|vertex| Vec3::from(vertex.position).is_finite());
+    let finite = vertices(&mut swimming).iter().all(|vertex| Vec3::from(vertex.position).is_finite());
     assert!(finite);
+}
+
+#[test]
+fn jets_and_lines_lie_where_the_skin_leans() {
+    let mut swimming = animal(2, DVec3::new(0.4, 0.5, 0.9));
+    swim(&mut swimming, 8.0);
+    let seen = swimming.seen(0).expect("an animal");
+    assert!(seen.axis.z > 0.3 && seen.axis.x > 0.1, "it leans to both: {}", seen.axis);
+    let (place, axis) = (seen.place, seen.axis.as_dvec3());
+    // The apex of the chain stands where the axis points.
+    let chain: Vec<DVec3> = swimming.chain(0).collect();
+    let apex = (chain[chain.len() / 2] - place).normalize();
+    assert!(apex.dot(axis) > 0.97, "{apex} {axis}");
+    // Whirlwinds of one slice turn about one axis, and stand in a plane across it that the bell's axis lies in.
+    let (own, across) = swimming.flows().split_at(PRIMITIVES);
+    for flows in [own, across] {
+        let whirls: Vec<_> = flows.iter().filter(|flow| flow.axis != [0.0; 3]).collect();
+        let Some(first) = whirls.first() else { continue };
+        let normal = Vec3::from(first.axis).as_dvec3();
+        assert!(normal.dot(axis).abs() < 1e-5, "{normal} {axis}");
+        for flow in flows {
+            let off = (DVec3::from(flow.position) - place).dot(normal);
+            assert!(off.abs() < 1e-6, "{off}");
+        }
+    }
 }

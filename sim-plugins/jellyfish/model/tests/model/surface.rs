@@ -280,7 +280,8 @@ fn tentacles_hang_from_the_margin_all_around_it() {
         let mut fringe = Fringe::new(form, points, 1).expect("a fringe");
         let mut vertices = vec![DrawVertex::default(); fringe.vertices()];
         let discs = (0..points).map(|k| Disc::turned(pairs(k), &Frame::default()));
-        fringe.write(Level::best(), discs, &mut vertices);
+        fringe.hang(discs);
+        fringe.write(Level::best(), &mut vertices);
         let indices = fringe.indices();
         assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));
         assert!(worst(&indices, &vertices) > 0.3, "{}", worst(&indices, &vertices));
