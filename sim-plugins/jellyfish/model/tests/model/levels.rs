@@ -162,7 +162,9 @@ fn all_of_an_animal_is_within_its_reach_and_comes_near_it() {
                 // Ridges and noise may rise so high, and seldom do.
                 let heights = own.surface.noise + own.surface.structure + own.surface.compression;
                 let slack = (2.0 + 2.0 * heights) * own.bell.thickness;
-                assert!(far <= reach && reach < 1.5 * far + slack as f32, "{i}, {step}: {far} of {reach}");
+                // Rings through the pairs of two slices have a looser bound.
+                let most = if birth.slices > 1 { 2.0 } else { 1.5 } * far + slack as f32;
+                assert!(far <= reach && reach < most, "{i}, {step}: {far} of {reach}");
             }
         }
     }
