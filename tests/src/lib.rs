@@ -8,6 +8,7 @@ pub mod languages;
 pub mod libraries;
 pub mod own;
 pub mod sea;
+pub mod zig;
 
 /// Is a test that lacks something to fail (`REEF_REQUIRE=all`), or to be skipped with its reason printed?
 ///

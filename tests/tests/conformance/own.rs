@@ -7,6 +7,7 @@ use reef_tests::{
     artifacts::{artifacts, workspace},
     languages::{C, CPP},
     own::OWN,
+    zig,
 };
 
 use crate::passes;
@@ -27,6 +28,13 @@ fn the_examples_in_c_and_cpp_pass_all_checks() {
         let Some(built) = language.kelp(None) else { continue };
         passes(&built.library(), None, &NEVER);
     }
+}
+
+#[test]
+fn zig_reads_the_header_and_the_example_in_zig_passes_all_checks() {
+    let Some(built) = zig::blade() else { return };
+    // Its only parameter is a length.
+    passes(&built.library(), None, &[&NEVER[..], &["param-whole"]].concat());
 }
 
 #[test]
