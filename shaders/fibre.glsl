@@ -17,7 +17,7 @@ struct Fibre {
     uint sides;
     float flatness;
     vec3 normal;
-    float blend;           // 0: the step before, 1: this step
+    float stands;          // 1: as in this step, 0: between the two, as the picture is
     vec3 previous_normal;
     uint plain;            // 1: round, without a cap, of one opaque tissue without a pattern
 };

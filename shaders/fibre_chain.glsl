@@ -8,21 +8,24 @@ layout(set = 0, binding = 4, scalar) readonly buffer CurrentNodes { Node current
 
 Fibre fibre;
 vec3 base;
+float blend; // 0: the step before, 1: this step
 uint count;
 
-/// Takes a fibre up.
-void take(uint index) {
+/// Takes a fibre up, in a picture that is between the steps by `alpha`.
+void take(uint index, float alpha) {
     fibre = fibres[index];
     Object object = objects[fibre.object];
-    base = mix(object.previous, object.current, fibre.blend);
+    blend = max(alpha, fibre.stands);
+    base = mix(object.previous, object.current, blend);
     count = fibre.nodes_flags & 0xffffu;
 }
 
 /// Node in eye space, blended between the steps; w: radius.
 vec4 node(uint i) {
-    Node a = previous_nodes[fibre.previous_node + i];
     Node b = current_nodes[fibre.current_node + i];
-    return vec4(mix(a.position, b.position, fibre.blend) + base, mix(a.radius, b.radius, fibre.blend));
+    Node a = b;
+    if (blend < 1.0) a = previous_nodes[fibre.previous_node + i];
+    return vec4(mix(a.position, b.position, blend) + base, mix(a.radius, b.radius, blend));
 }
 
 /// Unit vector from `a` to `b`.

@@ -20,7 +20,10 @@ layout(set = 0, binding = 5, scalar) readonly buffer Choices { Choice choices[];
 layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 7, scalar) writeonly buffer Vertices { StripVertex vertices[]; };
 
-layout(push_constant, scalar) uniform RibbonPush { uint fibre_count; } push;
+layout(push_constant, scalar) uniform RibbonPush {
+    uint fibre_count;
+    float alpha; // between the steps
+} push;
 
 void put(uint vertex, vec4 clip, uint edge, uint bow) {
     vertices[vertex].clip = clip;
@@ -38,7 +41,7 @@ void main() {
     uint vertex = choices[index].first_vertex;
     float slide = choices[index].ring_morph;
     float chain = choices[index].chain;
-    take(index);
+    take(index, push.alpha);
     Material m = materials[fibre.material];
     uint flags = fibre.nodes_flags >> 16;
     // What is thin is drawn wider on both sides, where it fades.

@@ -15,6 +15,7 @@ layout(set = 0, binding = 6, scalar) writeonly buffer Rings { Ring rings[]; };
 
 layout(push_constant, scalar) uniform RingsPush {
     uint fibre_count;
+    float alpha;       // between the steps
     uint use_lod;      // 0: everything at full detail, nothing culled
     float ring_step;   // a coarser ring level of n segments is chosen below n^2 times this length [px]
     float side_error;  // a coarser side level is chosen when its silhouette errs by less than this [px]
@@ -32,10 +33,17 @@ float morph(float value, float limit) {
     return clamp((limit * 1.5 - value) / (limit * 0.5), 0.0, 1.0);
 }
 
+/// Height of the oral disc over its rim, in radii; q: 0 at the rim, 1 in the mouth. A rounded lip, a shallow
+/// bowl, the mouth's small mound and slit.
+float disc_profile(float q) {
+    return 0.16 * sin(min(q * 5.0, 1.5707963)) - 0.20 * smoothstep(0.1, 0.7, q) + 0.16 * smoothstep(0.62, 0.82, q)
+        - 0.22 * smoothstep(0.86, 1.0, q);
+}
+
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= push.fibre_count) return;
-    take(index);
+    take(index, push.alpha);
     uint flags = fibre.nodes_flags >> 16;
     bool cap = (flags & FLAG_CAP) != 0u;
 
@@ -125,7 +133,7 @@ void main() {
     // Rings from root to tip; the frame is carried along with the nodes.
     Window window = first_window();
     vec3 tangent = direction(window.before.xyz, window.b.xyz);
-    vec3 normal = mix(fibre.previous_normal, fibre.normal, fibre.blend);
+    vec3 normal = mix(fibre.previous_normal, fibre.normal, blend);
     normal -= tangent * dot(normal, tangent);
     if (dot(normal, normal) < 1e-8) normal = cross(tangent, abs(tangent.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0));
     normal = normalize(normal);
@@ -155,13 +163,10 @@ void main() {
             float q = w - 1.0;
             float rise;
             if (cap) {
-                // The oral disc: a rounded lip, a shallow bowl, the mouth's small mound and slit.
                 factor = 1.0 - q;
-                rise = top_radius * (0.16 * sin(min(q * 5.0, 1.5707963)) - 0.20 * smoothstep(0.1, 0.7, q)
-                    + 0.16 * smoothstep(0.62, 0.82, q) - 0.22 * smoothstep(0.86, 1.0, q));
+                rise = top_radius * disc_profile(q);
                 float e = 0.02;
-                float ahead = top_radius * (0.16 * sin(min((q + e) * 5.0, 1.5707963)) - 0.20 * smoothstep(0.1, 0.7, q + e)
-                    + 0.16 * smoothstep(0.62, 0.82, q + e) - 0.22 * smoothstep(0.86, 1.0, q + e));
+                float ahead = top_radius * disc_profile(q + e);
                 vec2 n = normalize(vec2(1.0, (ahead - rise) / (e * top_radius)));
                 ring.slope = n;
             } else {

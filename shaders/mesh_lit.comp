@@ -18,19 +18,17 @@
 layout(local_size_x = LIGHT_THREADS) in;
 
 layout(set = 0, binding = 1) uniform usamplerBuffer instances;
-layout(set = 0, binding = 2) uniform usamplerBuffer meshes;
-layout(set = 0, binding = 3) uniform usamplerBuffer parts;
-layout(set = 0, binding = 4) uniform usamplerBuffer materials;
-layout(set = 0, binding = 5, scalar) readonly buffer Drawn { MeshDraws draw; };
-layout(set = 0, binding = 6, rgba32ui) uniform uimageBuffer vertices; // three texels each
+layout(set = 0, binding = 2) uniform usamplerBuffer parts;
+layout(set = 0, binding = 3) uniform usamplerBuffer materials;
+layout(set = 0, binding = 4, scalar) readonly buffer Drawn { MeshDraws draw; };
+layout(set = 0, binding = 5, rgba32ui) uniform uimageBuffer vertices; // three texels each
 
 layout(push_constant, scalar) uniform MeshLightPush {
     uint first_instance; // texels
-    uint first_material;
 } push;
 
 Material material_at(uint index) {
-    uint at = push.first_material + 8u * index;
+    uint at = 8u * index;
     uvec4 d = texel_at(materials, at + 3u);
     uvec4 e = texel_at(materials, at + 4u);
     vec2 scale_soft = uintBitsToFloat(d.zw);
@@ -60,7 +58,7 @@ void main() {
         vec3 p = view.forward * ahead + view.right * (side.x * view.tangent_x) - view.up * (side.y * view.tangent_y);
         vec3 n = vec3(unpackSnorm2x16(shape.x), unpackSnorm2x16(shape.y).x);
         float facing = -dot(n, p);
-        bool both = veil || (mesh_at(meshes, instance.mesh).flags & MESH_TWO_SIDED) != 0u;
+        bool both = veil || part.bin == BIN_LIT + 1u;
         Skin s;
         s.normal = both && facing < 0.0 ? -n : n;
         vec2 z_u = unpackHalf2x16(shape.w);

@@ -54,19 +54,24 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
     rows[2] = vec4(0.0);
     float sum = 0.0;
     vec4 side = vec4(0.0);
-    uint count = rigid ? 1u : influences;
-    for (uint i = 0u; i < count; i++) {
-        uint bone = rigid ? 0xffff0000u : word_at(bones, first + i);
-        float weight = float(bone >> 16) / 65535.0;
-        uint at = (instance.palette + (bone & 0xffffu)) * 3u;
-        vec4 a = floats_at(palette, at);
-        // A rotation and its negative are the same: all are summed on the side of the first.
-        side = i == 0u ? a : side;
-        float flip = dual && dot(side, a) < 0.0 ? -weight : weight;
-        rows[0] += a * flip;
-        rows[1] += floats_at(palette, at + 1u) * flip;
-        rows[2] += floats_at(palette, at + 2u) * weight;
-        sum += weight;
+    uint end = first + (rigid ? 1u : influences);
+    // Four bones are a texel, which is fetched once.
+    for (uint texel = end == first ? end : first >> 2; 4u * texel < end; texel++) {
+        uvec4 four = rigid ? uvec4(0xffff0000u) : texel_at(bones, texel);
+        uint last = min(end, 4u * texel + 4u);
+        for (uint i = max(first, 4u * texel); i < last; i++) {
+            uint bone = four[i & 3u];
+            float weight = float(bone >> 16) / 65535.0;
+            uint at = (instance.palette + (bone & 0xffffu)) * 3u;
+            vec4 a = floats_at(palette, at);
+            // A rotation and its negative are the same: all are summed on the side of the first.
+            side = i == first ? a : side;
+            float flip = dual && dot(side, a) < 0.0 ? -weight : weight;
+            rows[0] += a * flip;
+            rows[1] += floats_at(palette, at + 1u) * flip;
+            rows[2] += floats_at(palette, at + 2u) * weight;
+            sum += weight;
+        }
     }
     Moved m;
     m.thickness = rest.thickness * instance.scale;

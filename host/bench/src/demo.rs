@@ -33,6 +33,8 @@ struct Turn {
     stepping: f64,
     /// Cores that were busy, in the mean.
     cores: f64,
+    /// What was brought of steps [MB a picture].
+    brought: f64,
 }
 
 /// Measures.
@@ -73,6 +75,7 @@ fn measure(gpu: &Gpu, common: &Common) -> Result<Report, Failure> {
     report.figure("the same, over waiting for each before the sea goes on", median(ratios), "×");
     report.figure("steps", of(|turn| turn.steps), "a second");
     report.figure("steps, share of the loop's time", of(|turn| turn.stepping) * 100.0, "%");
+    report.figure("streams brought to the device", of(|turn| turn.brought), "MB a picture");
     report.figure("cores that are busy", of(|turn| turn.cores), "");
     for (name, times) in passes {
         report.figure(format!("pass {name}"), median(times), "ms on the device");
@@ -94,7 +97,7 @@ fn measure(gpu: &Gpu, common: &Common) -> Result<Report, Failure> {
 fn turn(timeline: &mut Timeline, studio: &mut Studio, waits: bool) -> Result<Turn, GpuError> {
     let settings = Settings::of(Quality::Low);
     let (began, busy, first) = (Instant::now(), processor_time_of_all(), timeline.world.clock().step);
-    let (mut last, mut stepping, mut pictures) = (began, 0.0, 0_u32);
+    let (mut last, mut stepping, mut pictures, mut brought) = (began, 0.0, 0_u32, 0);
     while began.elapsed().as_secs_f64() < TURN {
         let now = Instant::now();
         timeline.advance(now.duration_since(last).as_secs_f64());
@@ -109,6 +112,7 @@ fn turn(timeline: &mut Timeline, studio: &mut Studio, waits: bool) -> Result<Tur
             environment: timeline.world.environment(),
         };
         studio.submit(&shot, &settings)?;
+        brought += studio.renderer().brought();
         if waits {
             studio.wait()?;
         }
@@ -117,6 +121,7 @@ fn turn(timeline: &mut Timeline, studio: &mut Studio, waits: bool) -> Result<Tur
     studio.wait()?;
     let seconds = began.elapsed().as_secs_f64();
     Ok(Turn {
+        brought: brought as f64 * 1e-6 / f64::from(pictures),
         pictures: f64::from(pictures) / seconds,
         steps: (timeline.world.clock().step - first) as f64 / seconds,
         stepping: stepping / seconds,

@@ -80,8 +80,13 @@ fn measure(gpu: &Gpu, count: usize, bar: f64, report: &mut Report) -> Result<(),
     let without = Settings { detail: None, ..with };
     let mut studio = Studio::new(gpu, SIZE)?;
     // Warm: pipelines, buffers, caches.
+    let mut brought = Vec::new();
     for settings in [&with, &without] {
         studio.run(&shot, settings)?;
+        brought.push(studio.renderer().brought() as f64 * 1e-6);
+    }
+    for (name, megabytes) in ["both steps", "the next picture between them"].iter().zip(brought) {
+        report.figure(format!("{count}, streams brought, {name}"), megabytes, "MB");
     }
     let mut times = [Vec::new(), Vec::new()];
     for _ in 0..ROUNDS {

@@ -60,8 +60,8 @@ impl<'p, 'f> Cmd<'p, 'f> {
         self.frame.upload(data)
     }
 
-    /// Binds a pipeline, with all that the pass declared for it; the first time (or after its shaders changed)
-    /// it is made. One whose shaders bind nothing need not be declared.
+    /// Binds a pipeline, with all that the pass declared for it; the first time (or after its shaders
+    /// changed) it is made. One whose shaders bind nothing need not be declared.
     pub fn pipeline(&mut self, pipeline: &Pipeline) -> Result<()> {
         let declared = self.sets.iter().find(|bound| bound.pipeline == pipeline.id());
         let built = match declared {

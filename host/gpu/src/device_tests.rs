@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::*;
+use super::{ring::Ring, *};
 
 /// A context under core and synchronisation validation; None where the machine has no driver or no layer and
 /// tests may be skipped.
@@ -142,7 +142,8 @@ fn a_pass_that_uses_what_it_did_not_declare_is_refused() {
         used.expect_err("refused").to_string()
     };
     let both = [(0, Resource::from(&a)), (1, Resource::from(&b))];
-    // No bindings, half of them, a copy that nobody declared: of what is declared in another way, and not at all.
+    // No bindings, half of them, a copy that nobody declared: of what is declared in another way, and of what
+    // is not at all.
     assert!(refused("none", &[], Access::TransferSrc).contains("selftest_scale"));
     assert!(refused("half", &both[..1], Access::TransferSrc).contains("binding 1"));
     let error = refused("other", &both, Access::ComputeRead);
@@ -226,6 +227,34 @@ fn the_upload_ring_grows_with_what_a_frame_needs_and_keeps_every_byte() {
         (0..4u32).flat_map(|piece| (0..most).map(move |i| 2 ^ piece << 24 ^ i)).collect();
     assert!(result == expected, "a byte of the last round is wrong");
     drop((frames, target));
+    assert_eq!(close(gpu), []);
+}
+
+#[test]
+fn chunks_that_no_device_sees_as_one_are_filled_anew_in_each_frame() {
+    let Some(gpu) = open(None) else { return };
+    let filled = |most_texels: u32| {
+        let mut ring = Ring::with_texels(&gpu.shared, most_texels);
+        let frames = [(); 4].map(|()| {
+            ring.reset().expect("reset");
+            // Three pieces of most of the ring's first size, and a small one that fits beside the last.
+            let sizes = [900_000, 900_000, 900_000, 1_000];
+            sizes
+                .map(|size| ring.push(&vec![7; size]).expect("room"))
+                .map(|piece| (piece.buffer, piece.offset))
+        });
+        drop(ring);
+        frames
+    };
+    // A megabyte at a time: four frames with the same three chunks.
+    let frames = filled(1 << 16);
+    assert_eq!(frames, [frames[0]; 4]);
+    let [a, b, c, d] = frames[0].map(|(buffer, _)| buffer);
+    assert!(a != b && b != c && a != c && c == d, "{:?}", frames[0]);
+    // All at a time: from the second frame on there is one chunk.
+    let frames = filled(1 << 27);
+    assert_eq!(frames[1..], [frames[1]; 3]);
+    assert!(frames[1].iter().all(|(buffer, _)| *buffer == frames[1][0].0), "{:?}", frames[1]);
     assert_eq!(close(gpu), []);
 }
 

@@ -32,27 +32,38 @@ impl Upload {
     }
 }
 
-/// One frame's memory: the chunk that is being filled, and full ones.
+/// One frame's memory: chunks, of which those before the one that is being filled are full.
 pub(crate) struct Ring {
     shared: Arc<Shared>,
     chunks: Vec<Buffer>,
+    /// The chunk that is being filled.
+    at: usize,
+    /// Bytes of it that are.
     used: u64,
+    /// Texels that the device sees at a time.
+    most_texels: u32,
 }
 
 impl Ring {
     pub(crate) fn new(shared: &Arc<Shared>) -> Ring {
-        Ring { shared: shared.clone(), chunks: Vec::new(), used: 0 }
+        Self::with_texels(shared, shared.info.limits.max_texel_buffer_elements)
+    }
+
+    /// Of a device that sees so many texels at a time.
+    pub(crate) fn with_texels(shared: &Arc<Shared>, most_texels: u32) -> Ring {
+        Ring { shared: shared.clone(), chunks: Vec::new(), at: 0, used: 0, most_texels }
     }
 
     /// The frame that used it has ended: everything is free again. After a frame that needed several chunks
-    /// there is one that holds all.
+    /// there is one that holds all, where the device sees so many texels; else they are filled anew.
     pub(crate) fn reset(&mut self) -> Result<()> {
-        self.used = 0;
-        if self.chunks.len() > 1 {
-            let total: u64 = self.chunks.iter().map(Buffer::size).sum();
+        let total: u64 = self.chunks.iter().map(Buffer::size).sum();
+        let whole = self.size(total, 0);
+        if self.chunks.len() > 1 && whole >= total {
             self.chunks.clear();
-            self.grow(self.size(total, 0))?;
+            self.grow(whole)?;
         }
+        (self.at, self.used) = (0, 0);
         Ok(())
     }
 
@@ -67,12 +78,15 @@ impl Ring {
             .max(limits.optimal_buffer_copy_offset_alignment)
             .max(16);
         let mut offset = self.used.next_multiple_of(alignment);
-        let room = self.chunks.last().map_or(0, Buffer::size);
-        if size > room.saturating_sub(offset) || self.chunks.is_empty() {
-            self.grow(self.size(room.saturating_mul(2), size))?;
+        while self.chunks.get(self.at).is_some_and(|chunk| size > chunk.size().saturating_sub(offset)) {
+            (self.at, offset) = (self.at + 1, 0);
+        }
+        if self.at >= self.chunks.len() {
+            let last = self.chunks.last().map_or(0, Buffer::size);
+            self.grow(self.size(last.saturating_mul(2), size))?;
             offset = 0;
         }
-        let chunk = self.chunks.last().ok_or_else(|| GpuError::Resource {
+        let chunk = self.chunks.get(self.at).ok_or_else(|| GpuError::Resource {
             name: "upload ring".to_owned(),
             reason: "it has no chunk".to_owned(),
         })?;
@@ -82,7 +96,7 @@ impl Ring {
     }
 
     fn size(&self, wanted: u64, needed: u64) -> u64 {
-        chunk_size(wanted, needed, self.shared.info.limits.max_texel_buffer_elements)
+        chunk_size(wanted, needed, self.most_texels)
     }
 
     fn grow(&mut self, size: u64) -> Result<()> {
@@ -96,7 +110,7 @@ impl Ring {
             | U::TRANSFER_SRC;
         let desc = BufferDesc { name: "upload ring", size, usage, memory: Memory::Upload };
         self.chunks.push(Buffer::with_shared(&self.shared, &desc)?);
-        self.used = 0;
+        (self.at, self.used) = (self.chunks.len() - 1, 0);
         Ok(())
     }
 }

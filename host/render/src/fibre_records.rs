@@ -162,6 +162,7 @@ reef_gpu::record! {
     /// Constants of `fibre_rings.comp`.
     pub(crate) struct RingsPush = "RingsPush" {
         pub(crate) fibre_count: u32,
+        pub(crate) alpha: f32,
         pub(crate) use_lod: u32,
         pub(crate) ring_step: f32,
         pub(crate) side_error: f32,
@@ -190,5 +191,6 @@ reef_gpu::record! {
     /// Constants of `fibre_ribbon.comp`.
     pub(crate) struct RibbonPush = "RibbonPush" {
         pub(crate) fibre_count: u32,
+        pub(crate) alpha: f32,
     }
 }

@@ -35,6 +35,7 @@ use super::{
     layers::{Edges, Layers},
     lod::{RINGS, Thresholds},
     quality::Quality,
+    steps::Shown,
     targets::Targets,
     variant::{Variant, Variants},
 };
@@ -79,7 +80,6 @@ pub struct Fibres {
     ribbons: Ribbons,
     draws: Variants<Draws>,
     buffers: Option<Buffers>,
-    materials: Option<Upload>,
     any: bool,
     /// Whether fibres may be lit ribbons in this picture.
     lit: bool,
@@ -114,7 +114,6 @@ impl Fibres {
             },
             draws: Variants::default(),
             buffers: None,
-            materials: None,
             any: false,
             lit: false,
         }
@@ -130,7 +129,7 @@ impl Fibres {
         &mut self,
         frame: &mut Frame<'_>,
         view: Upload,
-        gathered: &Gathered,
+        (gathered, shown): (&Gathered, Shown<'_>),
         limits: Option<&Thresholds>,
         quality: Quality,
     ) -> Result<()> {
@@ -145,11 +144,7 @@ impl Fibres {
                 .map(|(name, fringe)| draw_pipeline(&self.gpu, name, variant, fringe));
             Draws { core, fringe }
         });
-        let fibres = frame.upload(&gathered.fibres)?;
-        let objects = frame.upload(&gathered.objects)?;
-        let previous = frame.upload(&gathered.previous_nodes)?;
-        let current = frame.upload(&gathered.current_nodes)?;
-        self.materials = Some(frame.upload(&gathered.materials)?);
+        let Shown { before, now, fibres, materials, objects } = shown;
         self.reserve(u64::from(count), gathered.full_vertices())?;
         let Some(b) = &self.buffers else { return Ok(()) };
         let full = Thresholds::default();
@@ -166,8 +161,8 @@ impl Fibres {
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
-                    (3, previous.into()),
-                    (4, current.into()),
+                    (3, (&before.nodes).into()),
+                    (4, (&now.nodes).into()),
                     (5, (&b.choices).into()),
                     (6, (&b.rings).into()),
                 ],
@@ -176,6 +171,7 @@ impl Fibres {
                 cmd.pipeline(&self.rings)?;
                 cmd.push(&RingsPush {
                     fibre_count: count,
+                    alpha: gathered.alpha,
                     use_lod: u32::from(limits.is_some()),
                     ring_step: chosen.ring_step,
                     side_error: chosen.side_error,
@@ -218,7 +214,9 @@ impl Fibres {
                 cmd.push(&FibreSkinPush { groups_x: GROUPS_X })?;
                 cmd.dispatch_indirect(groups(b))
             })?;
-        let (true, Some(materials)) = (self.lit, self.materials) else { return Ok(()) };
+        if !self.lit {
+            return Ok(());
+        }
         frame
             .pass("fibres: ribbons")
             .bind(
@@ -227,8 +225,8 @@ impl Fibres {
                     (0, view.into()),
                     (1, fibres.into()),
                     (2, objects.into()),
-                    (3, previous.into()),
-                    (4, current.into()),
+                    (3, (&before.nodes).into()),
+                    (4, (&now.nodes).into()),
                     (5, (&b.choices).into()),
                     (6, materials.into()),
                     (7, (&b.strips).into()),
@@ -236,7 +234,7 @@ impl Fibres {
             )
             .run(|cmd| {
                 cmd.pipeline(&self.ribbon)?;
-                cmd.push(&RibbonPush { fibre_count: count })?;
+                cmd.push(&RibbonPush { fibre_count: count, alpha: gathered.alpha })?;
                 cmd.dispatch_over(count)
             })
     }
@@ -261,13 +259,11 @@ impl Fibres {
     pub fn draw(
         &self,
         frame: &mut Frame<'_>,
-        view: Upload,
+        (view, materials): (Upload, &Buffer),
         layers: &Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
-        let (Some(b), Some(materials), true) = (&self.buffers, self.materials, self.any) else {
-            return Ok(());
-        };
+        let (Some(b), true) = (&self.buffers, self.any) else { return Ok(()) };
         let Some(draws) = self.draws.get() else { return Ok(()) };
         let mut bound = vec![(0, view.into()), (1, materials.into())];
         if self.draws.chosen().textures != 0 {

@@ -1,11 +1,10 @@
 //! Two steps' streams, made ready for the GPU: fibres matched between the steps, origins relative to the eye.
 
-use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_streams::{Outputs, frame::Frame};
 
-use super::{layers::Catalogue, lod::RIBBON, matched::Matched, view::Lens};
+use super::{layers::Catalogue, lod::RIBBON, matched::Matched, steps, view::Lens};
 
 /// A flag of [`GpuFibre`], as `shaders/fibre.glsl` has it: the end is closed.
 pub const CAP: u32 = 2;
@@ -33,8 +32,8 @@ reef_gpu::record! {
         pub flatness: f32,
         /// Angle 0 of the first ring in this step.
         pub normal: [f32; 3],
-        /// 0: the step before, 1: this step.
-        pub blend: f32,
+        /// 1: it stands as in this step; 0: it is between the two, as the picture is.
+        pub stands: f32,
         /// Angle 0 of the first ring in the step before.
         pub previous_normal: [f32; 3],
         /// 1: round, without a cap, of one opaque tissue without a pattern.
@@ -104,6 +103,17 @@ pub struct Gathered {
     pub lines: Vec<GpuLine>,
     /// Where the objects of each instance were in the step before.
     pub matched: Vec<Matched>,
+    /// Between the steps: 0 is the step before, 1 this one.
+    pub alpha: f32,
+    /// Another number whenever fibres and materials were gathered anew.
+    pub(crate) generation: u64,
+}
+
+impl GpuFibre {
+    /// Between the steps, in a picture that is between them by `alpha`: as the shaders have it.
+    pub fn blend(&self, alpha: f32) -> f32 {
+        alpha.max(self.stands)
+    }
 }
 
 impl Gathered {
@@ -133,18 +143,70 @@ impl Gathered {
 /// Flattens two steps. `alpha`: 0 shows the step before, 1 this one. `channels`: bits of the debug lines to
 /// show.
 pub fn gather(previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channels: u32) -> Gathered {
-    let mut all = Gathered { matched: Matched::modules(previous, current), ..Gathered::default() };
-    for (i, now) in current.outputs.iter().enumerate() {
-        let before = previous.outputs.get(i).unwrap_or(now);
-        gather_instance(&mut all, i, [before, now], alpha, lens);
-        all.lines.extend(
-            now.debug_lines
-                .iter()
-                .filter(|line| channels & 1_u32.checked_shl(line.channel).unwrap_or(0) != 0)
-                .map(|line| gpu_line(line, lens)),
-        );
-    }
+    let mut all = Gathered::default();
+    all.match_steps(previous, current);
+    all.look(previous, current, alpha, lens, channels);
+    all.previous_nodes = steps::joined(previous, |outputs| &outputs.fibre_nodes);
+    all.current_nodes = steps::joined(current, |outputs| &outputs.fibre_nodes);
     all
+}
+
+impl Gathered {
+    /// What is the same in all pictures between two steps: fibres, materials, what belongs together.
+    pub fn match_steps(&mut self, previous: &Frame, current: &Frame) {
+        self.generation += 1;
+        self.matched = Matched::modules(previous, current);
+        self.fibres.clear();
+        self.materials.clear();
+        let mut bases = Bases::default();
+        for (i, now) in current.outputs.iter().enumerate() {
+            let before = previous.outputs.get(i).unwrap_or(now);
+            self.gather_instance(&bases, i, [before, now]);
+            bases.objects += now.objects.len() as u32;
+            bases.materials += now.materials.len() as u32;
+            bases.current_nodes += now.fibre_nodes.len() as u32;
+            bases.previous_nodes += before.fibre_nodes.len() as u32;
+            self.materials.extend_from_slice(&now.materials);
+        }
+    }
+
+    /// What a picture between the steps that were matched has of its own: where it looks from, what it shows.
+    pub fn look(&mut self, previous: &Frame, current: &Frame, alpha: f32, lens: &Lens, channels: u32) {
+        self.alpha = alpha.clamp(0.0, 1.0);
+        self.objects.clear();
+        self.lines.clear();
+        for (i, now) in current.outputs.iter().enumerate() {
+            let before = previous.outputs.get(i).unwrap_or(now);
+            let matched = &self.matched[i];
+            self.objects.extend(now.objects.iter().enumerate().map(|(i, object)| {
+                let current = relative(object.origin, lens);
+                let previous = match matched.of(i) {
+                    Some(j) => relative(before.objects[j].origin, lens),
+                    None => current,
+                };
+                GpuObject {
+                    previous: previous.to_array(),
+                    current: current.to_array(),
+                    ..GpuObject::default()
+                }
+            }));
+            self.lines.extend(
+                now.debug_lines
+                    .iter()
+                    .filter(|line| channels & 1_u32.checked_shl(line.channel).unwrap_or(0) != 0)
+                    .map(|line| gpu_line(line, lens)),
+            );
+        }
+    }
+}
+
+/// Where an instance's elements begin among those of all.
+#[derive(Default)]
+struct Bases {
+    objects: u32,
+    materials: u32,
+    previous_nodes: u32,
+    current_nodes: u32,
 }
 
 fn gpu_line(line: &abi::DebugLine, lens: &Lens) -> GpuLine {
@@ -156,67 +218,36 @@ fn relative(origin: [f64; 3], lens: &Lens) -> Vec3 {
     (DVec3::from(origin) - lens.eye).as_vec3()
 }
 
-fn gather_instance(
-    all: &mut Gathered,
-    instance: usize,
-    [before, now]: [&Outputs; 2],
-    alpha: f32,
-    lens: &Lens,
-) {
-    let material_base = all.materials.len() as u32;
-    let object_base = all.objects.len() as u32;
-    let current_base = all.current_nodes.len() as u32;
-    let previous_base = all.previous_nodes.len() as u32;
-    all.materials.extend_from_slice(&now.materials);
-    all.current_nodes.extend_from_slice(&now.fibre_nodes);
-    all.previous_nodes.extend_from_slice(&before.fibre_nodes);
-
-    let matched = &all.matched[instance];
-    let fibres =
-        matched.elements(before.fibres.iter().map(|f| f.object), now.fibres.iter().map(|f| f.object));
-    for (i, object) in now.objects.iter().enumerate() {
-        let current = relative(object.origin, lens);
-        let previous = match matched.of(i) {
-            Some(j) => relative(before.objects[j].origin, lens),
-            None => current,
-        };
-        all.objects.push(GpuObject {
-            previous: previous.to_array(),
-            current: current.to_array(),
-            ..GpuObject::default()
-        });
-    }
-    for (i, fibre) in now.fibres.iter().enumerate() {
-        let then = fibres.of(i).map(|j| &before.fibres[j]).filter(|then| {
-            let jumped = (fibre.flags | now.objects[fibre.object as usize].flags) & abi::FLAG_NO_BLEND != 0;
-            !jumped && then.node_count == fibre.node_count
-        });
-        // Without a partner the fibre stands where it is now: its nodes of the step before are never
-        // weighted.
-        let (previous_node, previous_normal, blend) = match then {
-            Some(then) => (previous_base + then.first_node, then.normal, alpha.clamp(0.0, 1.0)),
-            None => (0, fibre.normal, 1.0),
-        };
-        all.fibres.push(GpuFibre {
-            object: object_base + fibre.object,
-            previous_node,
-            current_node: current_base + fibre.first_node,
-            nodes_flags: fibre.node_count.min(0xffff) | flags_of(fibre) << 16,
-            material: material_base + fibre.material,
-            variation: fibre.variation,
-            sides: sides_of(fibre),
-            flatness: fibre.flatness,
-            normal: fibre.normal,
-            blend,
-            previous_normal,
-            plain: u32::from(is_plain(fibre, now)),
-        });
-    }
-    // A fibre without a partner reads node 0 of the step before with weight 0: there has to be one long
-    // enough.
-    let longest = now.fibres.iter().map(|f| f.node_count as usize).max().unwrap_or(0);
-    if all.previous_nodes.len() < longest {
-        all.previous_nodes.resize(longest, abi::FibreNode::zeroed());
+impl Gathered {
+    fn gather_instance(&mut self, bases: &Bases, instance: usize, [before, now]: [&Outputs; 2]) {
+        let fibres = self.matched[instance]
+            .elements(before.fibres.iter().map(|f| f.object), now.fibres.iter().map(|f| f.object));
+        for (i, fibre) in now.fibres.iter().enumerate() {
+            let then = fibres.of(i).map(|j| &before.fibres[j]).filter(|then| {
+                let jumped =
+                    (fibre.flags | now.objects[fibre.object as usize].flags) & abi::FLAG_NO_BLEND != 0;
+                !jumped && then.node_count == fibre.node_count
+            });
+            // Without a partner the fibre stands where it is now: no nodes of the step before are read.
+            let (previous_node, previous_normal, stands) = match then {
+                Some(then) => (bases.previous_nodes + then.first_node, then.normal, 0.0),
+                None => (0, fibre.normal, 1.0),
+            };
+            self.fibres.push(GpuFibre {
+                object: bases.objects + fibre.object,
+                previous_node,
+                current_node: bases.current_nodes + fibre.first_node,
+                nodes_flags: fibre.node_count.min(0xffff) | flags_of(fibre) << 16,
+                material: bases.materials + fibre.material,
+                variation: fibre.variation,
+                sides: sides_of(fibre),
+                flatness: fibre.flatness,
+                normal: fibre.normal,
+                stands,
+                previous_normal,
+                plain: u32::from(is_plain(fibre, now)),
+            });
+        }
     }
 }
 
@@ -337,7 +368,7 @@ mod tests {
         assert!((g.objects[0].previous[0] + eye.x - 9.0).abs() < 1e-5);
         assert!((g.objects[0].current[0] + eye.x - 9.5).abs() < 1e-5);
         let first = g.fibres[0];
-        assert_eq!(first.blend, 0.25);
+        assert_eq!(first.blend(g.alpha), 0.25);
         assert_eq!(g.previous_nodes[first.previous_node as usize].position[0], 9.0 * 0.01);
     }
 
@@ -346,8 +377,8 @@ mod tests {
         let mut now = two_objects([5, 7], 0.5);
         now.fibres[0].flags |= abi::FLAG_NO_BLEND;
         let g = gathered(two_objects([5, 9], 0.0), now);
-        assert_eq!(g.fibres[0].blend, 1.0, "it jumped");
-        assert_eq!(g.fibres[1].blend, 1.0, "nothing had this id before");
+        assert_eq!(g.fibres[0].blend(g.alpha), 1.0, "it jumped");
+        assert_eq!(g.fibres[1].blend(g.alpha), 1.0, "nothing had this id before");
         assert_eq!(g.objects[1].previous, g.objects[1].current);
     }
 
@@ -357,8 +388,7 @@ mod tests {
         now.fibre_nodes.push(abi::FibreNode { position: [0.0, 0.2, 0.0], radius: 0.01 });
         now.fibres[1].node_count = 3;
         let g = gathered(two_objects([5, 9], 0.0), now);
-        assert_eq!((g.fibres[0].blend, g.fibres[1].blend), (0.25, 1.0));
-        assert!(g.previous_nodes.len() >= 3);
+        assert_eq!([0, 1].map(|i| g.fibres[i].blend(g.alpha)), [0.25, 1.0]);
     }
 
     #[test]

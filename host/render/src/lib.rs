@@ -52,6 +52,9 @@ mod sky;
 #[cfg(test)]
 mod sprite_tests;
 pub mod sprites;
+#[cfg(test)]
+mod step_tests;
+pub mod steps;
 mod studio;
 mod sunlit;
 mod targets;
@@ -81,11 +84,13 @@ use reef_streams::{
 
 use billboards::Billboards;
 use fibres::Fibres;
+use gather::Gathered;
 use layers::Layers;
 use lod::Thresholds;
 use markers::Markers;
 use meshes::Meshes;
 pub use quality::Quality;
+use steps::Steps;
 pub use studio::Studio;
 use view::{Lens, View};
 use water::{Caustics, Surface};
@@ -156,6 +161,8 @@ pub struct Shot<'a> {
 /// The sea's passes and what they keep between frames.
 pub struct Renderer {
     gpu: Gpu,
+    gathered: Gathered,
+    steps: Steps,
     fibres: Fibres,
     meshes: Meshes,
     terrain: terrain::Terrain,
@@ -180,6 +187,8 @@ impl Renderer {
     pub fn new(gpu: &Gpu) -> Result<Self> {
         Ok(Self {
             gpu: gpu.clone(),
+            gathered: Gathered::default(),
+            steps: Steps::default(),
             fibres: Fibres::new(gpu),
             meshes: Meshes::new(gpu),
             terrain: terrain::Terrain::new(gpu)?,
@@ -223,28 +232,37 @@ impl Renderer {
         target: &Image,
     ) -> Result<()> {
         let environment = shot.environment;
-        self.follow(environment)?;
+        let new_bed = self.follow(environment)?;
         let most =
             self.gpu.info().limits.max_image_dimension2_d / target.size().0.max(target.size().1).max(1);
         let samples = settings.samples.clamp(1, 4).min(most.max(1));
         let size = (target.size().0 * samples, target.size().1 * samples);
         let lens = Lens::new(&shot.camera, [size.0, size.1], view::visibility(environment));
-        let mut gathered =
-            gather::gather(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
-        if gathered.is_textured() {
-            self.layers.update(shot.current)?;
-            gathered.find_textures(shot.current, self.layers.catalogue());
+        let steps = [shot.previous, shot.current];
+        let mut gathered = std::mem::take(&mut self.gathered);
+        let new_steps = !self.steps.show(steps) || gathered.generation == 0;
+        if new_steps {
+            gathered.match_steps(shot.previous, shot.current);
+            if gathered.is_textured() {
+                self.layers.update(shot.current)?;
+                gathered.find_textures(shot.current, self.layers.catalogue());
+            }
         }
+        gathered.look(shot.previous, shot.current, shot.alpha, &lens, settings.debug_channels);
         let marked = markers::mark(shot.previous, shot.current, shot.alpha, &lens, settings.markers);
         gathered.lines.extend_from_slice(&marked.lines);
-        self.meshes.stand(shot, &gathered.matched)?;
+        if new_steps || new_bed {
+            self.meshes.stand(shot, &gathered.matched)?;
+        }
         if let Some(terrain) = &environment.terrain {
             if settings.quality == Quality::Low {
                 self.textures.lay_sand(&self.gpu, &terrain.ripples)?;
             }
-            let mut standers = gather::standers(shot.current);
-            standers.extend(self.meshes.standers());
-            self.textures.update(&self.gpu, environment, &standers)?;
+            if new_steps || new_bed {
+                let mut standers = gather::standers(shot.current);
+                standers.extend(self.meshes.standers());
+                self.textures.update(&self.gpu, environment, &standers)?;
+            }
         }
         let quality = settings.quality;
         let attachments =
@@ -254,8 +272,11 @@ impl Renderer {
             + (shot.current.time - shot.previous.time) * f64::from(shot.alpha.clamp(0.0, 1.0));
         let view = frame.upload(&[self.view(environment, &lens, time, settings)])?;
 
-        self.fibres.skin(frame, view, &gathered, settings.detail.as_ref(), quality)?;
-        let looked = (&gathered, &lens);
+        self.steps.update(&self.gpu, steps, &gathered)?;
+        let objects = frame.upload(&gathered.objects)?;
+        let Some(shown) = self.steps.shown(objects) else { return Ok(()) };
+        self.fibres.skin(frame, view, (&gathered, shown), settings.detail.as_ref(), quality)?;
+        let looked = (&gathered, shown, &lens);
         self.meshes.skin(frame, view, shot, looked, settings.detail.as_ref(), quality)?;
         if settings.markers.joints {
             let joints = self.meshes.lines(shot, &gathered, &lens, (settings.detail.as_ref(), quality));
@@ -268,12 +289,12 @@ impl Renderer {
             .depth(targets.depth, gpu::DepthLoad::Clear(0.0))
             .run(|_| Ok(()))?;
         self.fibres.draw_solid(frame, &targets)?;
-        self.meshes.draw_solid(frame, view, &self.layers, &targets)?;
+        self.meshes.draw_solid(frame, (view, shown.materials), &self.layers, &targets)?;
         self.rocks.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
-        self.fibres.draw(frame, view, &self.layers, &targets)?;
-        self.meshes.draw_veils(frame, view, &self.layers, &targets)?;
+        self.fibres.draw(frame, (view, shown.materials), &self.layers, &targets)?;
+        self.meshes.draw_veils(frame, (view, shown.materials), &self.layers, &targets)?;
         self.bodies.draw(frame, view, &marked.bodies, quality, &targets)?;
         if let (Some((_, caustics)), true, Quality::High) = (&self.water, settings.shafts, quality) {
             self.shafts.draw(frame, view, environment, (caustics, time), &lens, &targets)?;
@@ -291,12 +312,18 @@ impl Renderer {
             self.tone.draw(frame, light, finish, target)?;
         }
         self.attachments = Some(attachments);
+        self.gathered = gathered;
         Ok(())
     }
 
     /// The fibre passes, for tests and benches.
     pub fn fibres(&self) -> &Fibres {
         &self.fibres
+    }
+
+    /// What was brought of the steps' streams for the last picture [bytes].
+    pub fn brought(&self) -> u64 {
+        self.steps.brought
     }
 
     /// The mesh passes, for tests and benches.
@@ -309,8 +336,8 @@ impl Renderer {
         &self.billboards
     }
 
-    /// Makes the passes ready for this scene, if it is not the one before.
-    fn follow(&mut self, environment: &Environment) -> Result<()> {
+    /// Makes the passes ready for this scene, if it is not the one before; whether its bed is another.
+    fn follow(&mut self, environment: &Environment) -> Result<bool> {
         let same_bed = match (&self.bed, &environment.terrain) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
@@ -326,7 +353,7 @@ impl Renderer {
             self.water = Some((Surface::new(environment), Caustics::new(environment)));
             self.waves = Some(environment.waves.clone());
         }
-        Ok(())
+        Ok(!same_bed)
     }
 
     fn view(&self, environment: &Environment, lens: &Lens, time: f64, settings: &Settings) -> View {

@@ -145,8 +145,8 @@ mod tests {
             layout!(abi::Joint = "Joint" { rotation, translation, scale }),
             layout!(abi::DrawVertex = "DrawVertex" { position, normal, thickness }),
             layout!(abi::Material = "Material" {
-                base, tip, accent, pattern, texture, pattern_scale, pattern_softness, translucency, wrap, rim, glow,
-                roughness, specular, spare
+                base, tip, accent, pattern, texture, pattern_scale, pattern_softness, translucency, wrap, rim,
+                glow, roughness, specular, spare
             }),
         ]
     }

@@ -84,21 +84,26 @@ struct Chain<'a> {
     fibre: &'a GpuFibre,
     gathered: &'a Gathered,
     base: Vec3,
+    blend: f32,
     count: usize,
 }
 
 impl<'a> Chain<'a> {
     fn new(gathered: &'a Gathered, fibre: &'a GpuFibre) -> Self {
         let object = &gathered.objects[fibre.object as usize];
-        let base = Vec3::from(object.previous).lerp(Vec3::from(object.current), fibre.blend);
-        Self { fibre, gathered, base, count: (fibre.nodes_flags & 0xffff) as usize }
+        let blend = fibre.blend(gathered.alpha);
+        let base = Vec3::from(object.previous).lerp(Vec3::from(object.current), blend);
+        Self { fibre, gathered, base, blend, count: (fibre.nodes_flags & 0xffff) as usize }
     }
 
     fn node(&self, i: usize) -> (Vec3, f32) {
         let unpack = |n: &abi::FibreNode| Vec3::from(n.position).extend(n.radius);
-        let a = unpack(&self.gathered.previous_nodes[self.fibre.previous_node as usize + i]);
         let b = unpack(&self.gathered.current_nodes[self.fibre.current_node as usize + i]);
-        let n = a.lerp(b, self.fibre.blend);
+        let n = if self.blend < 1.0 {
+            unpack(&self.gathered.previous_nodes[self.fibre.previous_node as usize + i]).lerp(b, self.blend)
+        } else {
+            b
+        };
         (n.truncate() + self.base, n.w)
     }
 
@@ -190,7 +195,8 @@ pub fn rings(
     };
 
     let mut tangent = chain.tangent(0);
-    let mut normal = Vec3::from(fibre.previous_normal).lerp(Vec3::from(fibre.normal), fibre.blend);
+    let mut normal =
+        Vec3::from(fibre.previous_normal).lerp(Vec3::from(fibre.normal), fibre.blend(gathered.alpha));
     normal -= tangent * normal.dot(tangent);
     if normal.length_squared() < 1e-8 {
         normal = tangent.cross(if tangent.x.abs() < 0.7 { Vec3::X } else { Vec3::Y });

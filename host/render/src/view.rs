@@ -168,6 +168,15 @@ impl Lens {
     }
 }
 
+/// A pose between two others: `alpha` 0 is the first, 1 the second.
+pub fn between(a: &CameraPose, b: &CameraPose, alpha: f32) -> CameraPose {
+    CameraPose {
+        position: a.position.lerp(b.position, f64::from(alpha)),
+        rotation: a.rotation.slerp(b.rotation, alpha),
+        fov_y: a.fov_y + (b.fov_y - a.fov_y) * alpha,
+    }
+}
+
 /// Beyond this distance less than 1/512 of a thing's light is left [m].
 pub fn visibility(environment: &Environment) -> f32 {
     if environment.plain_background.is_some() {
@@ -254,6 +263,21 @@ mod tests {
         assert!(!lens.culls(Vec3::new(edge + 0.05, 0.0, -5.0), 0.1), "over the edge");
         assert!(lens.culls(Vec3::new(edge + 0.5, 0.0, -5.0), 0.1), "beyond the edge");
         assert!(lens.culls(Vec3::new(0.0, 0.0, -80.0), 0.1), "beyond what the water lets through");
+    }
+
+    #[test]
+    fn a_pose_between_two_is_at_its_share_of_the_way_and_of_the_turn() {
+        let turned = |angle: f32| CameraPose {
+            position: DVec3::new(f64::from(angle), 0.0, 0.0),
+            rotation: Quat::from_rotation_y(angle),
+            fov_y: 1.0 + angle,
+        };
+        let (a, b) = (turned(0.2), turned(1.0));
+        assert_eq!((between(&a, &b, 0.0).position, between(&a, &b, 1.0).position), (a.position, b.position));
+        let seen = between(&a, &b, 0.25);
+        let wanted = turned(0.4);
+        assert!(seen.position.distance(wanted.position) < 1e-7 && (seen.fov_y - wanted.fov_y).abs() < 1e-6);
+        assert!(seen.rotation.angle_between(wanted.rotation) < 1e-3 && seen.rotation.is_normalized());
     }
 
     #[test]

@@ -60,8 +60,8 @@ reef_gpu::record! {
         pub power: f32,
         /// At the eye [rad], reduced in f64.
         pub phase: f32,
-        /// What it adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m], with the
-        /// sign left out.
+        /// What it adds to the Hessian of the surface's height where it is highest: xx, zz, xz [1/m], with
+        /// the sign left out.
         pub hessian: [f32; 3],
         /// A [m].
         pub amplitude: f32,

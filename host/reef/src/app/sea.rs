@@ -9,6 +9,7 @@ use std::{
 use reef_command::{Common, open};
 use reef_plugin as plugin;
 use reef_plugin::{Health, Registry};
+use reef_render::view::between;
 use reef_report::failure::Failure;
 use reef_sea::{
     Blend, Options, Timeline, World,
@@ -156,12 +157,7 @@ impl Sea {
 
     /// The scene's camera at the moment that is shown.
     pub fn camera(&self) -> CameraPose {
-        let (a, b, t) = (&self.blend.previous.camera, &self.blend.current.camera, self.blend.alpha);
-        CameraPose {
-            position: a.position.lerp(b.position, f64::from(t)),
-            rotation: a.rotation.slerp(b.rotation, t).normalize(),
-            fov_y: a.fov_y + (b.fov_y - a.fov_y) * t,
-        }
+        between(&self.blend.previous.camera, &self.blend.current.camera, self.blend.alpha)
     }
 
     /// Whether the sea stands still.

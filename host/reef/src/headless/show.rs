@@ -2,12 +2,9 @@
 
 use std::sync::Arc;
 
-use reef_render::{Settings, Shot, markers::Markers};
+use reef_render::{Settings, Shot, markers::Markers, view::between};
 use reef_sea::{World, scene::format::SceneTable};
-use reef_streams::{
-    environment::Environment,
-    frame::{CameraPose, Frame},
-};
+use reef_streams::{environment::Environment, frame::Frame};
 
 /// A world that is shown moment by moment.
 pub struct Show {
@@ -64,7 +61,7 @@ impl Show {
             previous: &self.previous,
             current: &self.current,
             alpha: self.alpha,
-            camera: blend(&self.previous.camera, &self.current.camera, self.alpha),
+            camera: between(&self.previous.camera, &self.current.camera, self.alpha),
             environment: &self.environment,
         }
     }
@@ -85,13 +82,4 @@ impl Show {
 /// The markers that a scene asks for.
 pub fn markers(scene: &SceneTable) -> Markers {
     Markers { singularities: scene.singularities, bounds: scene.bounds, joints: false }
-}
-
-/// A camera between two poses.
-pub fn blend(a: &CameraPose, b: &CameraPose, alpha: f32) -> CameraPose {
-    CameraPose {
-        position: a.position.lerp(b.position, f64::from(alpha)),
-        rotation: a.rotation.slerp(b.rotation, alpha),
-        fov_y: a.fov_y + (b.fov_y - a.fov_y) * alpha,
-    }
 }

@@ -12,9 +12,8 @@ use super::{
     library::Shelf,
     records::{CUT_OUT, DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
     stand::Canopy,
-    steps,
 };
-use crate::{matched::Matched, quality::Quality, view::Lens};
+use crate::{matched::Matched, quality::Quality, steps, view::Lens};
 
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]

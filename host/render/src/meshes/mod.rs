@@ -23,13 +23,12 @@ pub mod library;
 pub mod records;
 pub mod sample;
 pub mod stand;
-pub mod steps;
 #[cfg(test)]
 mod tests;
 pub mod twin;
 
 use ash::vk;
-use reef_gpu::{Access, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Result, Upload};
+use reef_gpu::{Access, Buffer, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Result, Upload};
 
 use self::{
     buffers::{Buffers, MOST_INDICES, Most, Wanted},
@@ -41,7 +40,6 @@ use self::{
         LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS, command,
     },
     stand::{Canopy, Standing},
-    steps::Steps,
 };
 use super::{
     Shot,
@@ -50,6 +48,7 @@ use super::{
     lod::Thresholds,
     matched::Matched,
     quality::Quality,
+    steps::Shown,
     targets::Targets,
     variant::{Variant, Variants},
     view::Lens,
@@ -62,7 +61,6 @@ const GROUPS_X: u32 = 32_768;
 #[derive(Clone, Copy)]
 struct Picture {
     instances: Upload,
-    materials: Upload,
     veils: bool,
     lit_veils: bool,
 }
@@ -71,7 +69,6 @@ struct Picture {
 pub struct Meshes {
     gpu: Gpu,
     library: Library,
-    steps: Steps,
     pose: Pipeline,
     scan: Pipeline,
     skin: Pipeline,
@@ -93,7 +90,6 @@ impl Meshes {
         Self {
             gpu: gpu.clone(),
             library: Library::default(),
-            steps: Steps::default(),
             pose: Pipeline::compute(gpu, "mesh_pose.comp", &[]),
             scan: Pipeline::compute(gpu, "mesh_scan.comp", &[]),
             skin: Pipeline::compute(gpu, "mesh_skin.comp", &[]),
@@ -135,7 +131,7 @@ impl Meshes {
         frame: &mut Frame<'_>,
         view: Upload,
         shot: &Shot<'_>,
-        (gathered, lens): (&Gathered, &Lens),
+        (gathered, shown, lens): (&Gathered, Shown<'_>, &Lens),
         limits: Option<&Thresholds>,
         quality: Quality,
     ) -> Result<()> {
@@ -146,22 +142,16 @@ impl Meshes {
         subject.fit(&self.most);
         subject.shade(&self.canopy, lens);
         if subject.instances.is_empty() {
-            self.steps.forget();
             return Ok(());
         }
         let used = subject.instances.iter().filter_map(|i| gathered.materials.get(i.material as usize));
         let variant = Variant::of(quality, used);
         self.draws.choose(variant, |variant| Draws::new(&self.gpu, variant));
         self.reserve(&subject)?;
-        self.steps.update(&self.gpu, [shot.previous, shot.current])?;
         let (Some(b), Some(books)) = (&self.buffers, self.library.books()) else { return Ok(()) };
-        let (Some(before), Some(now)) = (self.steps.of(shot.previous), self.steps.of(shot.current)) else {
-            return Ok(());
-        };
+        let Shown { before, now, materials, objects, .. } = shown;
         let count = subject.instances.len() as u32;
         let instances = frame.upload(&subject.instances)?;
-        let objects = frame.upload(&gathered.objects)?;
-        let materials = frame.upload(&gathered.materials)?;
         let chosen = limits.copied().unwrap_or_default();
         let first_instance = instances.first_texel();
 
@@ -276,22 +266,21 @@ impl Meshes {
                     &[
                         (0, view.into()),
                         (1, instances.into()),
-                        (2, (&books.meshes).into()),
-                        (3, (&b.parts).into()),
-                        (4, materials.into()),
-                        (5, (&b.draw).into()),
-                        (6, (&b.vertex).into()),
+                        (2, (&b.parts).into()),
+                        (3, materials.into()),
+                        (4, (&b.draw).into()),
+                        (5, (&b.vertex).into()),
                     ],
                 )
                 .run(|cmd| {
                     cmd.pipeline(&draws.light)?;
-                    cmd.push(&LightPush { first_instance, first_material: materials.first_texel() })?;
+                    cmd.push(&LightPush { first_instance })?;
                     cmd.dispatch_indirect(Data::Part(&b.draw, LIGHT_GROUPS, 12))
                 })?;
         }
         let last = subject.instances.last().map_or(0, |last| last.flags);
         let [veils, lit_veils] = [records::VEIL, records::LIT_VEIL].map(|flag| last & flag != 0);
-        self.picture = Some(Picture { instances, materials, veils, lit_veils });
+        self.picture = Some(Picture { instances, veils, lit_veils });
         Ok(())
     }
 
@@ -299,12 +288,12 @@ impl Meshes {
     pub fn draw_solid(
         &self,
         frame: &mut Frame<'_>,
-        view: Upload,
+        (view, materials): (Upload, &Buffer),
         layers: &Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
         let Some(draws) = self.draws.get() else { return Ok(()) };
-        self.draw(frame, "meshes: draw", (view, layers, targets), &draws.sides, |cmd, b| {
+        self.draw(frame, "meshes: draw", (view, materials, layers, targets), &draws.sides, |cmd, b| {
             if self.draws.chosen().quality == Quality::Low {
                 for (side, pipeline) in self.lit.iter().enumerate() {
                     cmd.pipeline(pipeline)?;
@@ -327,7 +316,7 @@ impl Meshes {
     pub fn draw_veils(
         &self,
         frame: &mut Frame<'_>,
-        view: Upload,
+        (view, materials): (Upload, &Buffer),
         layers: &Layers,
         targets: &Targets<'_>,
     ) -> Result<()> {
@@ -338,7 +327,7 @@ impl Meshes {
         let lit = self.picture.is_some_and(|picture| picture.lit_veils);
         let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
         let by_pixels = if lit { &[][..] } else { std::slice::from_ref(pipeline) };
-        self.draw(frame, "meshes: veils", (view, layers, targets), by_pixels, |cmd, b| {
+        self.draw(frame, "meshes: veils", (view, materials, layers, targets), by_pixels, |cmd, b| {
             cmd.pipeline(pipeline)?;
             cmd.vertices(0, &b.vertex)?;
             cmd.indices(&b.index, vk::IndexType::UINT32)?;
@@ -351,14 +340,14 @@ impl Meshes {
         &self,
         frame: &mut Frame<'_>,
         name: &str,
-        (view, layers, targets): (Upload, &Layers, &Targets<'_>),
+        (view, materials, layers, targets): (Upload, &Buffer, &Layers, &Targets<'_>),
         by_pixels: &[Pipeline],
         record: impl FnOnce(&mut Cmd<'_, '_>, &Buffers) -> Result<()>,
     ) -> Result<()> {
         let (Some(b), Some(picture)) = (&self.buffers, self.picture) else { return Ok(()) };
         let mut bound = vec![
             (0, view.into()),
-            (1, picture.materials.into()),
+            (1, materials.into()),
             (2, picture.instances.into()),
             (3, (&b.parts).into()),
         ];
@@ -407,11 +396,6 @@ impl Meshes {
         let bytes = self.gpu.read_buffer(&b.index)?;
         let indices = bytes.chunks_exact(4).take(3 * counts.triangles as usize);
         Ok(Drawn { parts, vertices, indices: indices.map(bytemuck::pod_read_unaligned).collect() })
-    }
-
-    /// What was brought of steps for the last picture [bytes].
-    pub fn brought(&self) -> u64 {
-        self.steps.brought
     }
 
     /// The meshes on the device, for tests.

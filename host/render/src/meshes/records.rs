@@ -277,6 +277,5 @@ reef_gpu::record! {
     /// Constants of `mesh_lit.comp`.
     pub(crate) struct LightPush = "MeshLightPush" {
         pub(super) first_instance: u32,
-        pub(super) first_material: u32,
     }
 }

@@ -13,12 +13,12 @@ use super::{
         BAND, BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DRAWN_ANEW, DUAL, FAR_SIDE, GpuInstance, GpuLevel,
         LIT_VEIL, PLAIN, RIGID, SMOOTH, SMOOTH_LIT, TWO_SIDED, VEIL,
     },
-    steps::joined,
 };
 use crate::{
     gather::{self, GpuObject},
     lod::Thresholds,
     quality::Quality,
+    steps::joined,
     view::{Lens, NEAR},
 };
 
