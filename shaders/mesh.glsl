@@ -31,8 +31,8 @@ struct Level {
     uint vertices;
     float error;           // [m]
     uint influences;
-    uint spare_a;
-    uint spare_b;
+    float slim;            // half the width of most of its surface [m]
+    uint spare;
 };
 
 /// A joint at rest.
@@ -40,6 +40,14 @@ struct Rest {
     vec4 rotation;
     vec4 place;            // translation [m]; w: scale
     vec4 reach;            // x: farthest that a vertex is from it [m]
+};
+
+/// Where a vertex is in its row: see host/render/src/meshes/rows.rs.
+struct RestRow {
+    vec3 axis;             // along, unit
+    vec3 wide;             // the way of W, unit
+    vec2 extent;           // |W|, |M| [m]; both 0: it has no row; M is negative in a ring
+    vec2 place;            // along W and along M, in |W|
 };
 
 /// A vertex at rest: `MeshVertex` of reef_sim.h in 8 words.
@@ -86,11 +94,15 @@ struct Part {
 
 // NOT_DRAWN is in fibre.glsl.
 #define LEFT_OUT 0x100u     // in a bin: there was no room for it
-#define BINS 6u
+#define BINS 8u
 #define BIN_LIT 0u         // lit at its vertices
 #define BIN_PIXEL 2u       // lit pixel by pixel
 #define BIN_VEIL 4u        // the same, let through; + 1 in those before: two-sided
 #define BIN_LIT_VEIL 5u
+#define BIN_THIN 6u        // so thin that its edges fade
+#define BIN_LIT_THIN 7u
+#define THIN_HALF 1.0      // of what is thin most of the surface is in rows of less than half this width [px]
+#define NO_ROW 100.0       // half width of what is never widened [px]
 #define SMOOTH_LIT 4.0     // what has no pattern may be so many times as large and still lit at its vertices
 #define BAND 1.15          // a coarser level begins to fade in at this many times its threshold
 #define PART_THREADS 4u     // a part may have four vertices
@@ -99,7 +111,7 @@ struct Part {
 
 /// What the scan writes.
 struct MeshDraws {
-    uvec4 commands[12];    // VkDrawIndexedIndirectCommand of each bin, in 8 words
+    uvec4 commands[16];    // VkDrawIndexedIndirectCommand of each bin, in 8 words
     uvec4 groups;          // VkDispatchIndirectCommand over the parts that are drawn; w: how many
     uvec4 light_groups;    // the same over all vertices
     uvec4 counts;          // vertices, triangles, instances that are drawn, parts that did not fit
@@ -113,6 +125,13 @@ vec3 turned(vec4 q, vec3 v) {
 /// The rotation `a` after the rotation `b`.
 vec4 after(vec4 a, vec4 b) {
     return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
+
+/// Share of a pixel that a surface covers, at so many pixels from its row's middle (x) and so many of half
+/// its row's width (y; negative: a ring, whose near and far side together cover what it covers).
+float thin_share(vec2 across, float edge) {
+    float covered = covered_share(abs(across.y), abs(across.x), edge);
+    return across.y < 0.0 ? 1.0 - sqrt(1.0 - covered) : covered;
 }
 
 /// The unit vector on an octahedron.

@@ -156,14 +156,12 @@ fn from_axis<S: Simd>(simd: S, capsule: &Capsule, place: Vector<S>) -> (Vector<S
 #[inline(always)]
 pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand, nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);
-    let stations = pass.stations && needs.level < 2;
+    let stations = pass.stations.filter(|_| needs.level < 2);
     for (number, (joint, node)) in (0..).zip(pass.joints.iter().zip(nodes.iter_mut())) {
         let feels = joint.feels(number, needs.level);
-        let waves = if stations {
-            joint.stations[0] == number || (needs.mixed && joint.far == number)
-        } else {
-            feels
-        };
+        let waves = stations.map_or(feels, |stations| {
+            joint.stations[stations][0] == number || (needs.mixed && joint.far == number)
+        });
         if !feels && !waves {
             continue;
         }
@@ -227,13 +225,20 @@ fn at<S: Simd>(simd: S, node: &Node) -> Felt<f32x8<S>> {
 /// The water at a segment, not far away: currents where it is, and the waves between those at two of its
 /// branch.
 #[inline(always)]
-fn near<S: Simd>(simd: S, joint: &Joint, number: usize, nodes: &[Node], stations: bool) -> Felt<f32x8<S>> {
-    let [first, second] = joint.stations.map(|station| station as usize);
-    if !stations || first == second {
+fn near<S: Simd>(
+    simd: S,
+    joint: &Joint,
+    number: usize,
+    nodes: &[Node],
+    stations: Option<usize>,
+) -> Felt<f32x8<S>> {
+    let Some(stations) = stations else { return at(simd, &nodes[number]) };
+    let [first, second] = joint.stations[stations].map(|station| station as usize);
+    if first == second {
         return at(simd, &nodes[number]);
     }
     let (a, b) = (waves_at(simd, &nodes[first]), waves_at(simd, &nodes[second]));
-    let share = splat(simd, joint.between);
+    let share = splat(simd, joint.between[stations]);
     let mut between = a;
     for axis in 0..3 {
         between.velocity[axis] = mix(simd, a.velocity[axis], b.velocity[axis], share);

@@ -82,8 +82,9 @@ pub(crate) struct Pass<'a> {
     pub(crate) contact: f32,
     /// No part of any of them can come near the surface.
     pub(crate) deep: bool,
-    /// Whether near plants take the waves between their stations.
-    pub(crate) stations: bool,
+    /// By which of [`crate::skeleton::STATIONS`] plants that are not far take the waves; None: each segment
+    /// takes its own.
+    pub(crate) stations: Option<usize>,
 }
 
 /// Room for the work on one pack. What is in it from others changes nothing.
@@ -194,7 +195,7 @@ fn wide<S: Simd>(
     nodes: &mut [Node],
 ) {
     let nodes = &mut nodes[..rows.len()];
-    if needs.level == 0 && !needs.mixed && !pass.stations {
+    if needs.level == 0 && !needs.mixed && pass.stations.is_none() {
         pose::with_loads(simd, pass, stand, rows, nodes);
     } else {
         pose::pose(simd, pass, stand, rows, nodes);
