@@ -23,7 +23,8 @@ struct Level {
     uint vertices;
     float error;           // [m]
     uint influences;
-    uvec2 end;             // 0: records are whole texels
+    float slim;            // half the width of most of its surface [m]
+    uint end;              // 0: records are whole texels
 };
 
 /// A joint at rest.
@@ -33,6 +34,14 @@ struct Rest {
     float scale;
     float reach;           // farthest that a vertex is from it [m]
     uvec3 end;             // 0: records are whole texels
+};
+
+/// Where a vertex is in its row: see host/render/src/meshes/rows.rs.
+struct RestRow {
+    vec3 axis;             // along, unit
+    vec3 wide;             // the way of W, unit
+    vec2 extent;           // |W|, |M| [m]; both 0: it has no row; M is negative in a ring
+    vec2 place;            // along W and along M, in |W|
 };
 
 /// A vertex at rest: `MeshVertex` of reef_sim.h in 8 words.
@@ -100,6 +109,13 @@ vec3 turned(vec4 q, vec3 v) {
 /// The rotation `a` after the rotation `b`.
 vec4 after(vec4 a, vec4 b) {
     return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
+
+/// Share of a pixel that a surface covers, at so many pixels from its row's middle (x) and so many of half
+/// its row's width (y; negative: a ring, whose near and far side together cover what it covers).
+float thin_share(vec2 across, float edge) {
+    float covered = covered_share(abs(across.y), abs(across.x), edge);
+    return across.y < 0.0 ? 1.0 - sqrt(1.0 - covered) : covered;
 }
 
 /// The unit vector on an octahedron.

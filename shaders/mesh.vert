@@ -1,5 +1,8 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 // The compute passes did the work: clip positions come ready.
+
+#include "fibre.glsl"
 
 layout(location = 0) in vec4 position;
 layout(location = 1) in vec4 normal;
@@ -13,6 +16,7 @@ layout(location = 1) out vec4 out_place_u;
 layout(location = 2) out vec3 out_v_thickness_glow;
 layout(location = 3) out vec4 out_color;
 layout(location = 4) flat out uint out_part;
+layout(location = 5) noperspective out vec2 out_across;
 
 void main() {
     gl_Position = position;
@@ -21,4 +25,6 @@ void main() {
     out_v_thickness_glow = v_thickness_glow.xyz;
     out_color = color;
     out_part = part;
+    float half_px = v_thickness_glow.w;
+    out_across = vec2(normal.w * (abs(half_px) + EDGE), half_px);
 }

@@ -46,7 +46,8 @@ void main() {
     uint index = tissue.w;
     Part part = part_at(parts, index);
     bool veil = part.bin == BIN_LIT_VEIL;
-    bool lit = there && (part.bin < BIN_PIXEL || veil);
+    bool thin = part.bin == BIN_LIT_THIN;
+    bool lit = there && (part.bin < BIN_PIXEL || veil || thin);
     // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
     for (uint once = lit ? 0u : 1u; once < 1u; once++) {
         Instance instance = instance_at(instances, push.first_instance, index >> 1);
@@ -74,6 +75,9 @@ void main() {
         vec3 light = mesh_light(m, instance, s, p);
         float alpha = veil ? veil_alpha(m, s, facing, p) : 1.0;
         uint color = packUnorm4x8(vec4(shown(through_water(light, p)), alpha));
-        imageStore(vertices, at + 1, uvec4(color, part.shares, 0u, 0u));
+        float share = unpackSnorm2x16(shape.y).y;
+        float half_px = unpackHalf2x16(tissue.y).y;
+        uint across = packHalf2x16(vec2(share * (abs(half_px) + LIT_EDGE), half_px));
+        imageStore(vertices, at + 1, uvec4(color, part.shares, across, 0u));
     }
 }

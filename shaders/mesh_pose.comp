@@ -133,6 +133,13 @@ void main() {
     uint veil_bin = (instance.flags & LIT_VEIL) != 0u ? BIN_LIT_VEIL : BIN_VEIL;
     part.bin = veil ? veil_bin : bin;
     other.bin = part.bin;
+    // Blades that are thinner than some pixels.
+    bool leaf = !veil && !anew && (mesh.flags & MESH_TWO_SIDED) != 0u;
+    vec2 slim = vec2(level_at(levels, mesh.first_level + chosen).slim, level_at(levels, mesh.first_level + next).slim);
+    bvec2 thin = lessThan(slim * (stretch * pixels), vec2(THIN_HALF));
+    uint thin_bin = lit ? BIN_LIT_THIN : BIN_THIN;
+    part.bin = leaf && thin.x ? thin_bin : part.bin;
+    other.bin = leaf && thin.y ? thin_bin : other.bin;
     part.level = seen ? mesh.first_level + chosen : NOT_DRAWN;
     other.level = seen && coarser > 0.0 ? mesh.first_level + next : NOT_DRAWN;
     part.shares = packUnorm2x16(vec2(coarser, 1.0) * there);

@@ -99,10 +99,13 @@ void main() {
         uint bin = parts[i].bin;
         uint vertices = instance_at(instances, push.first_instance, i >> 1).vertices_of == i >> 1 ? level_at(levels, level).vertices : 0u;
         uint indices = level_at(levels, level).triangles * 3u;
+        // What is thin is drawn from far to near: the other way round than all parts.
+        uint behind = 2u * first[bin] + totals.indices[bin] - at.indices[bin] - indices;
+        uint first_index = bin >= BIN_THIN ? behind : at.indices[bin];
         bool fits = plus(at.vertices, vertices) <= push.vertex_limit
-            && plus(at.indices[bin], indices) <= push.index_limit;
+            && plus(first_index, indices) <= push.index_limit;
         parts[i].first_vertex = at.vertices;
-        parts[i].first_index = at.indices[bin];
+        parts[i].first_index = first_index;
         parts[i].bin = fits ? bin : bin | LEFT_OUT;
         order[at.parts] = i;
         left_out += fits ? 0u : 1u;

@@ -29,6 +29,7 @@ layout(set = 0, binding = 9) uniform usamplerBuffer parts;
 layout(set = 0, binding = 10, scalar) readonly buffer Order { uint order[]; };
 layout(set = 0, binding = 11, scalar) readonly buffer Drawn { MeshDraws draw; };
 layout(set = 0, binding = 12, rgba32ui) writeonly uniform uimageBuffer vertices; // three texels each
+layout(set = 0, binding = 13) uniform usamplerBuffer rest_rows;
 
 layout(push_constant, scalar) uniform MeshSkinPush {
     uint groups_x;
@@ -40,6 +41,10 @@ struct Moved {
     vec3 p;
     vec3 n; // not of unit length
     float thickness;
+    // How it was turned: by a unit quaternion, the first, or by a matrix of these rows.
+    vec4 rows[3];
+    bool dual;
+    float scale;
 };
 
 Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVertex rest) {
@@ -82,12 +87,50 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
         vec3 shift = 2.0 * (q.w * d.xyz - d.w * q.xyz + cross(q.xyz, d.xyz));
         m.p = turned(q, v * (rows[2].x / sum)) + shift;
         m.n = turned(q, n);
+        m.scale = rows[2].x / sum;
+        rows[0] = q;
     } else {
         vec4 whole = vec4(v, 1.0);
         m.p = vec3(dot(rows[0], whole), dot(rows[1], whole), dot(rows[2], whole)) / sum;
         m.n = vec3(dot(rows[0].xyz, n), dot(rows[1].xyz, n), dot(rows[2].xyz, n));
+        m.scale = 1.0 / sum;
     }
+    m.rows = rows;
+    m.dual = dual;
     return m;
+}
+
+vec3 turned_by(Moved m, vec3 way) {
+    vec3 by_rows = vec3(dot(m.rows[0].xyz, way), dot(m.rows[1].xyz, way), dot(m.rows[2].xyz, way));
+    return m.dual ? turned(m.rows[0], way) : by_rows;
+}
+
+/// Moves a vertex at `p` in eye space so far from its row's middle that there is room for an edge that fades
+/// over twice `edge` [px]. Returns where it is then, as a share of the way to the edge, and half the true
+/// width [px].
+vec2 widened(inout vec3 p, Moved m, RestRow row, float edge) {
+    vec3 axis = normalize(turned_by(m, row.axis));
+    vec3 wide = turned_by(m, row.wide);
+    // A matrix may stretch, too.
+    float size_of_wide = length(wide);
+    wide *= 1.0 / size_of_wide;
+    float scale = m.scale * size_of_wide;
+    vec3 side = cross(axis, -p);
+    float size = dot(side, side);
+    // Along the line of sight no way is across; without a row nothing is moved.
+    bool has = size > 1e-16 && row.extent.x > 0.0;
+    side *= inversesqrt(max(size, 1e-16));
+    vec3 deep = cross(axis, wide);
+    deep *= inversesqrt(max(dot(deep, deep), 1e-16));
+    vec2 ways = vec2(dot(wide, side), dot(deep, side));
+    vec2 ahead = row.extent * ways;
+    float half_width = max(length(ahead), 1e-5) * scale;
+    float off = dot(row.place, ways) * row.extent.x * scale;
+    float share = clamp(off / half_width, -1.0, 1.0);
+    float pixel = pixel_at(p);
+    p += has ? side * (share * (half_width + edge * pixel) - off) : vec3(0.0);
+    float half_px = min(half_width / pixel, NO_ROW);
+    return has ? vec2(share, row.extent.y < 0.0 ? -half_px : half_px) : vec2(0.0, NO_ROW);
 }
 
 Moved made_anew(Instance instance, uint vertex) {
@@ -98,6 +141,9 @@ Moved made_anew(Instance instance, uint vertex) {
     m.p = mix(a.position, b.position, instance.blend);
     m.n = mix(unpacked_normal(a.normal), unpacked_normal(b.normal), instance.blend);
     m.thickness = mix(a.thickness, b.thickness, instance.blend);
+    m.rows = vec4[3](vec4(0.0), vec4(0.0), vec4(0.0));
+    m.dual = false;
+    m.scale = 1.0;
     return m;
 }
 
@@ -120,12 +166,17 @@ void main() {
         for (uint once = anew ? 0u : 1u; once < 1u; once++) m = made_anew(instance, vertex);
         vec3 p = part.base + m.p;
         vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));
+        vec2 across = vec2(0.0, NO_ROW);
+        for (uint once = part.bin < BIN_THIN ? 1u : 0u; once < 1u; once++) {
+            RestRow row = rest_row_at(rest_rows, mesh.first_vertex + vertex);
+            across = widened(p, m, row, part.bin == BIN_LIT_THIN ? LIT_EDGE : EDGE);
+        }
         vec4 clip = view.clip_from_eye * vec4(p, 1.0);
         vec2 uv = unpackHalf2x16(rest.uv);
         int at = int((part.first_vertex + i) * 3u);
-        uvec4 shape = uvec4(packSnorm2x16(n.xy), packSnorm2x16(vec2(n.z, 0.0)),
+        uvec4 shape = uvec4(packSnorm2x16(n.xy), packSnorm2x16(vec2(n.z, across.x)),
             packHalf2x16(rest.position.xy), packHalf2x16(vec2(rest.position.z, uv.x)));
-        uvec2 tissue = uvec2(packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0))), packHalf2x16(vec2(rest.glow, 0.0)));
+        uvec2 tissue = uvec2(packHalf2x16(vec2(uv.y, min(m.thickness * 100.0, 1000.0))), packHalf2x16(vec2(rest.glow, across.y)));
         imageStore(vertices, at, floatBitsToUint(clip));
         imageStore(vertices, at + 1, shape);
         imageStore(vertices, at + 2, uvec4(tissue, rest.color, index));

@@ -17,6 +17,7 @@ layout(location = 1) in vec4 place_u;
 layout(location = 2) in vec3 v_thickness_glow;
 layout(location = 3) in vec4 root_color;
 layout(location = 4) flat in uint part;
+layout(location = 5) noperspective in vec2 in_row; // of what is thin: from its row's middle, half its width [px]
 
 layout(location = 0) out vec4 color;
 
@@ -30,6 +31,7 @@ layout(set = 0, binding = 3, scalar) readonly buffer Parts { Part parts[]; };
 
 layout(constant_id = 2) const uint TWO_SIDED = 0u;
 layout(constant_id = 3) const uint LET_THROUGH = 0u; // a veil
+layout(constant_id = 6) const uint FADES = 0u;
 
 void main() {
 #ifdef TEXTURED
@@ -56,11 +58,18 @@ void main() {
     vec4 found = texel_of(m.texture, vec2(s.uv.x, 1.0 - s.uv.y), spread);
     // Without a texture there is nothing to cut: the dot lies at handle 0.
     bool cut = m.texture != 0u && (instance.flags & CUT_OUT) != 0u;
-    if (cut && found.a < 0.5) discard;
+    if (cut && FADES == 0u && found.a < 0.5) discard;
+    float there = cut ? found.a : 1.0;
     found = cut ? vec4(found.rgb / max(found.a, 1e-3), 1.0) : found;
     s.texture_color = m.texture == 0u ? s.texture_color : found;
 #endif
     vec3 light = mesh_light(m, instance, s, p);
     float alpha = LET_THROUGH != 0u ? veil_alpha(m, s, facing, p) : 1.0;
+#ifdef TEXTURED
+    float faded = thin_share(in_row, EDGE) * there;
+#else
+    float faded = thin_share(in_row, EDGE);
+#endif
+    alpha = FADES != 0u ? faded : alpha;
     color = written(through_water(light, p), alpha, gl_FragCoord.xy);
 }

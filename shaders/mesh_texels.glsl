@@ -47,13 +47,18 @@ Mesh mesh_at(usamplerBuffer meshes, uint index) {
 Level level_at(usamplerBuffer levels, uint index) {
     uvec4 a = texel_at(levels, 2u * index);
     uvec4 b = texel_at(levels, 2u * index + 1u);
-    return Level(a.x, a.y, a.z, a.w, uintBitsToFloat(b.x), b.y, b.zw);
+    return Level(a.x, a.y, a.z, a.w, uintBitsToFloat(b.x), b.y, uintBitsToFloat(b.z), b.w);
 }
 
 RestVertex rest_vertex_at(usamplerBuffer vertices, uint index) {
     uvec4 a = texel_at(vertices, 2u * index);
     uvec4 b = texel_at(vertices, 2u * index + 1u);
     return RestVertex(uintBitsToFloat(a.xyz), a.w, b.x, uintBitsToFloat(b.y), uintBitsToFloat(b.z), b.w);
+}
+
+RestRow rest_row_at(usamplerBuffer rows, uint index) {
+    uvec4 a = texel_at(rows, index);
+    return RestRow(unpacked_normal(a.x), unpacked_normal(a.y), unpackHalf2x16(a.z), unpackHalf2x16(a.w));
 }
 
 Instance instance_at(usamplerBuffer instances, uint first, uint index) {

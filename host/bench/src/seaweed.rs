@@ -6,6 +6,7 @@ use reef_flow::Level;
 use reef_report::failure::Failure;
 use reef_sea::World;
 use reef_seaweed_model::bare::Bare;
+use serde_json::json;
 
 use super::{
     cells::{figure, set, warm, world},
@@ -25,6 +26,13 @@ const SEGMENTS: usize = 14;
 const ROUNDS: usize = 80;
 /// Steps before anything is measured.
 const WARM_STEPS: usize = 60;
+
+/// A crowd: so many plants of so many segments.
+const CROWD: (usize, usize) = (10_000, 100);
+/// The ground that it stands on, along x and z [m].
+const CROWDED: [f64; 2] = [60.0, 70.0];
+/// Rounds in which the crowd takes its turns.
+const CROWD_ROUNDS: usize = 12;
 
 /// Measures.
 pub fn run(common: &Common) -> Result<Report, Failure> {
@@ -63,12 +71,63 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     report.figure("joints computed then", computed(&levels), "");
     report.figure("joints drawn then", figure(&levels, "joints drawn"), "");
     report.judged("memory of a joint", figure(&one, "bytes a joint"), "B", Bar::AtMost(160.0));
+    crowd(common, &mut report)?;
     report.note(format!(
         "A joint-step: both angles of one segment, for one step, in a uniform current. {ROUNDS} short rounds in which all \
          take turns of some steps; each one's best counts. The bare kernel: unbranched blades in water that is the same \
          everywhere, without surface, contacts and streams."
     ));
     Ok(report)
+}
+
+/// Measures the crowd on two workers.
+fn crowd(common: &Common, report: &mut Report) -> Result<(), Failure> {
+    let mut levels = crowded(common, true)?;
+    let mut whole = crowded(common, false)?;
+    let things: Vec<Work<'_>> = vec![Box::new(|| levels.step()), Box::new(|| whole.step())];
+    let seen = rounds(things, CROWD_ROUNDS);
+    for world in [&mut levels, &mut whole] {
+        running(world)?;
+    }
+    let (plants, segments) = CROWD;
+    let name = format!("{plants} plants of {segments} joints under wave trains, two workers");
+    report.judged(format!("{name}, with levels of detail"), 1e3 * best(&seen, 0), "ms", Bar::AtMost(16.7));
+    report.figure("the same without", 1e3 * best(&seen, 1), "ms");
+    report.figure("joints computed with levels of detail", figure(&levels, "joints computed in a step"), "");
+    report.figure("joints computed without", figure(&whole, "joints computed in a step"), "");
+    let joints = (plants * segments) as f64;
+    report.judged(
+        "memory of a million joints",
+        joints * figure(&whole, "bytes a joint") / 1e6,
+        "MB",
+        Bar::AtMost(200.0),
+    );
+    Ok(())
+}
+
+/// The crowd's sea: the scene's plants with more segments, on more ground.
+fn crowded(common: &Common, levels: bool) -> Result<World, Failure> {
+    let common = Common { workers: Some(2), ..common.clone() };
+    let plugins = open::plugins(&common)?;
+    let (plants, segments) = CROWD;
+    let mut world = world(&common, &plugins, SCENE, |scene| {
+        scene.modules.retain(|module| module.plugin == "reef.seaweed");
+        for module in &mut scene.modules {
+            let tables = module.species.values_mut().filter_map(|species| species.table.get_mut("stem"));
+            tables.for_each(|stem| stem["segments"] = segments.into());
+            if let Some(bed) = module.config.pointer_mut("/beds/0") {
+                let [wide, long] = CROWDED;
+                bed["density"] = (plants as f64 / (wide * long)).into();
+                (bed["center"], bed["size"]) = (json!([0.0, 2.0 - 0.55 * long]), json!([wide, long]));
+            }
+        }
+    })?;
+    set(&mut world, |_, key| match key {
+        "segments" | "whole" | "visible" | "trains" => Some(f64::from(levels)),
+        _ => None,
+    });
+    warm(&mut world, WARM_STEPS)?;
+    Ok(world)
 }
 
 /// Which waves there are.

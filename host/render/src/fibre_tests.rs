@@ -12,7 +12,9 @@ use reef_streams::{
 use super::{
     Quality, Settings, Shot,
     device_tests::{SIZE, blackboard, decoded, keep, open},
+    meshes::sample::Models,
     sample,
+    texture_tests::{board_of, grey},
 };
 use crate::Studio;
 
@@ -31,9 +33,14 @@ fn greens(picture: &Picture, quality: Quality) -> Vec<f32> {
 /// How abruptly pixels change while something sways slowly for three seconds: the sum of how much their
 /// changes change from picture to picture, over the sum of the changes. An edge that crosses a pixel evenly
 /// in n pictures gives 2/n, one that jumps over it 2, and so does what comes and goes.
-fn abruptness(studio: &mut Studio, name: &str, settings: &Settings, make: impl Fn(f32) -> Outputs) -> f32 {
+fn abruptness(
+    studio: &mut Studio,
+    (name, distance): (&str, f64),
+    settings: &Settings,
+    make: impl Fn(f32) -> Outputs,
+) -> f32 {
     let environment = blackboard();
-    let camera = sample::looking_at(DVec3::new(0.0, 0.25, 1.3), DVec3::new(0.0, 0.25, 0.0));
+    let camera = sample::looking_at(DVec3::new(0.0, 0.25, distance), DVec3::new(0.0, 0.25, 0.0));
     let (mut changes, mut jerks) = (0.0_f64, 0.0_f64);
     let mut seen: [Vec<f32>; 2] = Default::default();
     for i in 0..PICTURES {
@@ -64,12 +71,73 @@ fn blades_neither_break_nor_sparkle_over_three_seconds() {
     for quality in [Quality::Low, Quality::High] {
         // Blades of 3.2 to .5 pixels, from their faces and from their edges. Most edges need four pictures to
         // a pixel or more.
-        let seen = abruptness(&mut studio, "blades", &Settings::of(quality), |sway| {
+        let seen = abruptness(&mut studio, ("blades", 1.3), &Settings::of(quality), |sway| {
             let mut outputs = Outputs { materials: vec![sample::blade_material()], ..Outputs::default() };
             sample::grass(&mut outputs, 1, [0.0; 3], 0, sway);
             outputs
         });
         assert!(seen < 0.9, "{quality:?}: {seen}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn far_meshes_of_grass_neither_break_nor_sparkle_over_three_seconds() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let models = Models::default();
+    for quality in [Quality::Low, Quality::High] {
+        // A row of shoots whose ribbons are half a pixel wide.
+        let seen = abruptness(&mut studio, ("grass", 4.0), &Settings::of(quality), |sway| {
+            let mut outputs = models.empty();
+            for i in 0..20 {
+                let (x, size) = (0.11 * f64::from(i) - 1.0, 1.0 + 0.02 * i as f32);
+                models.grass(&mut outputs, [x, 0.0, 0.02 * f64::from(i % 5)], size, sway);
+            }
+            outputs
+        });
+        println!("{quality:?}: {seen}");
+        assert!(seen < 0.9, "{quality:?}: {seen}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn far_meshes_of_grass_are_as_bright_as_many_samples_of_them_are() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let models = Models::default();
+    let environment = blackboard();
+    // High quality mixes light, whatever share of a pixel it fills. A board far aside has a texture: then the
+    // draws look at textures.
+    for textured in [false, true] {
+        let mut light = |samples: u32, distance: f64| {
+            let mut outputs = models.empty();
+            for i in 0..20 {
+                let (x, size) = (0.11 * f64::from(i) - 1.0, 1.0 + 0.02 * i as f32);
+                models.grass(&mut outputs, [x, 0.0, 0.0], size, 0.01 * i as f32);
+            }
+            if textured {
+                models.plant(&mut outputs, [0.0, -50.0, 0.0], 0.01, 0.0);
+                outputs.materials[0].texture = 1;
+                outputs.textures = board_of(grey(1, 1, |_, _| 128), [0.0, 1.0], 0, 1.0).textures;
+            }
+            let camera = sample::looking_at(DVec3::new(0.0, 0.25, distance), DVec3::new(0.0, 0.25, 0.0));
+            let frame = sample::frame(1, camera, outputs);
+            let shot =
+                Shot { previous: &frame, current: &frame, alpha: 1.0, camera, environment: &environment };
+            let settings = Settings { samples, ..Settings::of(Quality::High) };
+            let picture = studio.shoot(&shot, &settings).expect("a picture");
+            keep(&format!("grass-light-{textured}-{samples}-{distance}"), &picture);
+            greens(&picture, Quality::High).iter().sum::<f32>()
+        };
+        for distance in [3.0, 6.0, 12.0] {
+            let (one, many) = (light(1, distance), light(4, distance));
+            println!("textured {textured}, {distance} m: {one} and {many}");
+            assert!((one / many - 1.0).abs() < 0.15, "textured {textured}, {distance} m: {one}, {many}");
+        }
     }
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());

@@ -6,7 +6,7 @@
 //! 2. `rocks`, 3. `terrain`: what stands still, the nearer first;
 //! 4. `sky`: the background, where nothing was drawn;
 //! 5. `fibres` (draw): over the background, because their thin tips let it through;
-//!    `meshes` (draw): those that light comes through, from far to near;
+//!    `meshes` (draw): what is thin, then what light comes through, each from far to near;
 //! 6. `markers`: balls for what has no body, when asked for;
 //! 7. `shafts`: sunlight in the water, at high quality;
 //! 8. `billboards`: what floats in the water, from far to near;
@@ -294,6 +294,7 @@ impl Renderer {
         self.terrain.draw(frame, view, &lens, quality, &self.textures, &targets)?;
         self.sky.draw(frame, view, quality, &targets)?;
         self.fibres.draw(frame, (view, shown.materials), &self.layers, &targets)?;
+        self.meshes.draw_thin(frame, (view, shown.materials), &self.layers, &targets)?;
         self.meshes.draw_veils(frame, (view, shown.materials), &self.layers, &targets)?;
         self.bodies.draw(frame, view, &marked.bodies, quality, &targets)?;
         if let (Some((_, caustics)), true, Quality::High) = (&self.water, settings.shafts, quality) {

@@ -62,6 +62,10 @@ const NUMBERS: &[(&str, Number)] = &[
     ("BIN_PIXEL", Bits(records::BIN_PIXEL as u32)),
     ("BIN_VEIL", Bits(records::BIN_VEIL as u32)),
     ("BIN_LIT_VEIL", Bits(records::BIN_LIT_VEIL as u32)),
+    ("BIN_THIN", Bits(records::BIN_THIN as u32)),
+    ("BIN_LIT_THIN", Bits(records::BIN_LIT_THIN as u32)),
+    ("THIN_HALF", Real(records::THIN_HALF)),
+    ("NO_ROW", Real(records::NO_ROW)),
     ("SMOOTH_LIT", Real(records::SMOOTH_LIT)),
     ("BAND", Real(records::BAND)),
 ];
@@ -93,7 +97,8 @@ mod tests {
     use crate::{billboards, lines, rocks, shafts, sprites, tone, view};
 
     /// Structures that only a shader has.
-    const LOCAL: [&str; 8] = ["Haze", "Moved", "Needs", "Place", "Sand", "Skin", "Surface", "Window"];
+    const LOCAL: [&str; 9] =
+        ["Haze", "Moved", "Needs", "Place", "RestRow", "Sand", "Skin", "Surface", "Window"];
 
     fn layouts() -> Vec<Layout> {
         fn of<T: Record>() -> Layout {

@@ -378,7 +378,7 @@ fn vertex(
 }
 
 /// How wide a pixel is at a place in eye space [m].
-fn pixel_at(place: Vec3, lens: &Lens) -> f32 {
+pub(crate) fn pixel_at(place: Vec3, lens: &Lens) -> f32 {
     place.dot(lens.forward).max(NEAR) / lens.pixels_per_metre()
 }
 

@@ -49,6 +49,19 @@ pub fn store3<S: Simd>([x, y, z]: &mut [Lane; 3], value: Vector<S>) {
     store(z, value[2]);
 }
 
+/// Eight numbers of each of eight objects, object by object.
+#[inline(always)]
+pub fn transposed<S: Simd>(mut of: [f32x8<S>; WIDTH]) -> [f32x8<S>; WIDTH] {
+    // Each time the six bits of a number's place are turned by one: three times swap row and lane.
+    for _ in 0..3 {
+        let [a, b, c, d, e, f, g, h] = of;
+        let zip = |a: f32x8<S>, b: f32x8<S>| [a.zip_low(b), a.zip_high(b)];
+        let [[a, b], [c, d], [e, f], [g, h]] = [zip(a, e), zip(b, f), zip(c, g), zip(d, h)];
+        of = [a, b, c, d, e, f, g, h];
+    }
+    of
+}
+
 /// a + b.
 #[inline(always)]
 pub fn add<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
@@ -93,4 +106,23 @@ pub fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
         neg_mul_add(a[0], b[2], a[2] * b[0]),
         neg_mul_add(a[1], b[0], a[0] * b[1]),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Level;
+
+    #[test]
+    fn what_is_transposed_has_rows_for_lanes_at_every_level() {
+        for level in Level::all() {
+            let seen: [[f32; WIDTH]; WIDTH] = crate::dispatch!(level, simd => {
+                let row = |i: usize| f32x8::simd_from(simd, core::array::from_fn(|lane| (10 * i + lane) as f32));
+                transposed(core::array::from_fn(row)).map(|row| row.into())
+            });
+            for (lane, row) in seen.iter().enumerate() {
+                assert_eq!(*row, core::array::from_fn(|i| (10 * i + lane) as f32), "{}", level.name());
+            }
+        }
+    }
 }

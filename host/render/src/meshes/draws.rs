@@ -6,20 +6,62 @@ use reef_gpu::{Blend, DepthDesc, Gpu, GraphicsDesc, Pipeline, VertexDesc};
 use super::records::VERTEX_WORDS;
 use crate::{formats::DEPTH, quality::Quality, variant::Variant};
 
-/// The draws by pixels: one-sided, two-sided, veils.
+/// What a draw is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Solid.
+    OneSided,
+    /// Solid.
+    TwoSided,
+    /// Light comes through by opacity.
+    Veil,
+    /// Its edges fade.
+    Thin,
+}
+
+impl Kind {
+    fn cull(self) -> vk::CullModeFlags {
+        if self == Self::OneSided { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE }
+    }
+
+    /// Whether it hides what is behind it.
+    fn solid(self) -> bool {
+        matches!(self, Self::OneSided | Self::TwoSided)
+    }
+
+    fn blend(self) -> Blend {
+        if self.solid() { Blend::Replace } else { Blend::Alpha }
+    }
+
+    fn depth(self) -> DepthDesc {
+        DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: self.solid() }
+    }
+
+    fn constants(self) -> [(u32, u32); 3] {
+        [
+            (2, u32::from(self != Self::OneSided)),
+            (3, u32::from(self == Self::Veil)),
+            (6, u32::from(self == Self::Thin)),
+        ]
+    }
+}
+
+/// The draws by pixels: one-sided, two-sided, veils, what is thin.
 pub(super) struct Draws {
     pub(super) sides: [Pipeline; 2],
     pub(super) veil: Pipeline,
+    pub(super) thin: Pipeline,
     /// Of what is lit at its vertices.
     pub(super) light: Pipeline,
 }
 
 impl Draws {
     pub(super) fn new(gpu: &Gpu, variant: Variant) -> Self {
-        let pipeline = |name, two_sided, veil| pixel_pipeline(gpu, name, variant, two_sided, veil);
+        let pipeline = |name, kind| pixel_pipeline(gpu, name, variant, kind);
         Self {
-            sides: [pipeline("meshes", false, false), pipeline("meshes, two-sided", true, false)],
-            veil: pipeline("mesh veils", true, true),
+            sides: [pipeline("meshes", Kind::OneSided), pipeline("meshes, two-sided", Kind::TwoSided)],
+            veil: pipeline("mesh veils", Kind::Veil),
+            thin: pipeline("thin meshes", Kind::Thin),
             light: Pipeline::compute(
                 gpu,
                 "mesh_lit.comp",
@@ -29,7 +71,7 @@ impl Draws {
     }
 }
 
-fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil: bool) -> Pipeline {
+fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, kind: Kind) -> Pipeline {
     use vk::Format as F;
     let attributes = [
         (0, F::R32G32B32A32_SFLOAT, 0),
@@ -39,23 +81,24 @@ fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil
         (4, F::R8G8B8A8_UNORM, 40),
         (5, F::R32_UINT, 44),
     ];
-    let blend = if veil { Blend::Alpha } else { Blend::Replace };
+    let [two_sided, veil, thin] = kind.constants();
     let draw = GraphicsDesc {
-        cull: cull(two_sided),
+        cull: kind.cull(),
         vertices: &[VertexDesc {
             stride: VERTEX_WORDS as u32 * 4,
             per_instance: false,
             attributes: &attributes,
         }],
-        color: &[(variant.quality.format(), blend)],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !veil }),
+        color: &[(variant.quality.format(), kind.blend())],
+        depth: Some(kind.depth()),
         constants: &[
             variant.quality.constant(),
             (1, variant.patterns),
-            (2, u32::from(two_sided)),
-            (3, u32::from(veil)),
+            two_sided,
+            veil,
             (4, variant.textures),
             (5, u32::from(variant.shiny)),
+            thin,
         ],
         ..GraphicsDesc::new(
             name,
@@ -67,23 +110,26 @@ fn pixel_pipeline(gpu: &Gpu, name: &str, variant: Variant, two_sided: bool, veil
 }
 
 /// The draw of what is lit at its vertices.
-pub(super) fn lit_pipeline(gpu: &Gpu, name: &str, two_sided: bool, veil: bool) -> Pipeline {
+pub(super) fn lit_pipeline(gpu: &Gpu, name: &str, kind: Kind) -> Pipeline {
     use vk::Format as F;
-    let attributes = [(0, F::R32G32B32A32_SFLOAT, 0), (1, F::R8G8B8A8_UNORM, 16), (2, F::R16G16_UNORM, 20)];
+    let attributes = [
+        (0, F::R32G32B32A32_SFLOAT, 0),
+        (1, F::R8G8B8A8_UNORM, 16),
+        (2, F::R16G16_UNORM, 20),
+        (3, F::R16G16_SFLOAT, 24),
+    ];
+    let [_, _, thin] = kind.constants();
     let draw = GraphicsDesc {
-        cull: cull(two_sided),
+        cull: kind.cull(),
         vertices: &[VertexDesc {
             stride: VERTEX_WORDS as u32 * 4,
             per_instance: false,
             attributes: &attributes,
         }],
-        color: &[(Quality::Low.format(), if veil { Blend::Alpha } else { Blend::Replace })],
-        depth: Some(DepthDesc { format: DEPTH, compare: vk::CompareOp::GREATER, write: !veil }),
+        color: &[(Quality::Low.format(), kind.blend())],
+        depth: Some(kind.depth()),
+        constants: &[thin],
         ..GraphicsDesc::new(name, "mesh_lit.vert", "mesh_lit.frag")
     };
     Pipeline::graphics(gpu, &draw)
-}
-
-fn cull(two_sided: bool) -> vk::CullModeFlags {
-    if two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK }
 }

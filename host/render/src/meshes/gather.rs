@@ -18,8 +18,7 @@ use crate::{matched::Matched, quality::Quality, steps, view::Lens};
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]
 pub struct Subject {
-    /// First all that hides what is behind it, in the order of modules and streams, then veils from far to
-    /// near.
+    /// First all that hides what is behind it, from near to far, then veils from far to near.
     pub instances: Vec<GpuInstance>,
     /// Joints that all instances are moved by.
     pub palette: u32,
@@ -29,13 +28,22 @@ pub struct Subject {
     pub most_indices: u64,
 }
 
-/// An instance that lets light through, on its way to its place.
-struct Veil {
+/// An instance on its way to its place.
+struct Found {
     /// Of its object from the eye [m²].
     distance: f32,
     /// Module and object: what is sorted as one.
     object: (usize, u32),
     instance: GpuInstance,
+}
+
+/// What was found: what hides what is behind it, and veils, each in the order of modules and streams.
+#[derive(Default)]
+struct Finds {
+    solids: Vec<Found>,
+    veils: Vec<Found>,
+    /// Joints so far.
+    palette: u32,
 }
 
 /// One instance's two steps.
@@ -65,8 +73,7 @@ pub fn gather(
     quality: Quality,
     shelf: &Shelf,
 ) -> Subject {
-    let mut all = Subject::default();
-    let mut veils = Vec::new();
+    let mut finds = Finds::default();
     let (mut objects, mut materials) = (0, 0);
     let nothing = Arc::default();
     for (module, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
@@ -76,10 +83,15 @@ pub fn gather(
         let meshes = now.meshes.iter().filter_map(|mesh| Some((&**mesh, shelf.number(mesh)?))).collect();
         let eye = lens.eye;
         let steps = Steps { before, now, alpha, eye, matched, meshes, objects, materials, module, bases };
-        steps.gather(&mut all, &mut veils);
+        steps.gather(&mut finds);
         objects += now.objects.len() as u32;
         materials += now.materials.len() as u32;
     }
+    let Finds { mut solids, mut veils, palette } = finds;
+    let mut all = Subject { palette, ..Subject::default() };
+    solids.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    all.instances
+        .extend((0..).zip(solids).map(|(i, found)| GpuInstance { vertices_of: i, ..found.instance }));
     if quality == Quality::Low && veils.iter().all(|veil| veil.instance.flags & PLAIN != 0) {
         veils.iter_mut().for_each(|veil| veil.instance.flags |= LIT_VEIL);
     }
@@ -118,7 +130,7 @@ impl Subject {
 
 /// Puts veils behind all else, from far to near. What an object's elements turn away from the eye comes
 /// first, the outermost before the inner ones; then, the other way round, what faces the eye.
-fn hang(all: &mut Subject, mut veils: Vec<Veil>) {
+fn hang(all: &mut Subject, mut veils: Vec<Found>) {
     veils.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.object.cmp(&b.object)));
     for same in veils.chunk_by(|a, b| a.object == b.object) {
         let first = all.instances.len() as u32;
@@ -135,7 +147,7 @@ fn hang(all: &mut Subject, mut veils: Vec<Veil>) {
 }
 
 impl Steps<'_> {
-    fn gather(&self, all: &mut Subject, veils: &mut Vec<Veil>) {
+    fn gather(&self, finds: &mut Finds) {
         let (before, now) = (self.before, self.now);
         if now.skinned.is_empty() && now.mesh_draws.is_empty() {
             return;
@@ -160,10 +172,10 @@ impl Steps<'_> {
             instance.previous = then.map_or(0, |then| joints.0 + then.first_joint);
             instance.blend = if then.is_some() { self.alpha } else { 1.0 };
             instance.joints = element.joint_count;
-            instance.palette = all.palette;
+            instance.palette = finds.palette;
             instance.scale = element.scale;
-            all.palette += element.joint_count;
-            self.put(all, veils, element.object, instance);
+            finds.palette += element.joint_count;
+            self.put(finds, element.object, instance);
         }
         let places = self
             .matched
@@ -187,7 +199,7 @@ impl Steps<'_> {
             instance.scale = 1.0;
             instance.center = object.bounds_center;
             instance.radius = object.bounds_radius;
-            self.put(all, veils, element.object, instance);
+            self.put(finds, element.object, instance);
         }
     }
 
@@ -228,13 +240,11 @@ impl Steps<'_> {
         })
     }
 
-    fn put(&self, all: &mut Subject, veils: &mut Vec<Veil>, object: u32, instance: GpuInstance) {
-        if instance.flags & VEIL == 0 {
-            all.instances.push(GpuInstance { vertices_of: all.instances.len() as u32, ..instance });
-            return;
-        }
+    fn put(&self, finds: &mut Finds, object: u32, instance: GpuInstance) {
         let seen = &self.now.objects[object as usize];
         let middle = (DVec3::from(seen.origin) - self.eye).as_vec3() + Vec3::from(seen.bounds_center);
-        veils.push(Veil { distance: middle.length_squared(), object: (self.module, object), instance });
+        let found = Found { distance: middle.length_squared(), object: (self.module, object), instance };
+        let veil = instance.flags & VEIL != 0;
+        if veil { finds.veils.push(found) } else { finds.solids.push(found) }
     }
 }

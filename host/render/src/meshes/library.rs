@@ -10,6 +10,7 @@ use reef_streams::{frame::Frame, meshes::Mesh};
 
 use super::{
     records::{DUAL, GpuLevel, GpuMesh, GpuRest, GpuVertex, TWO_SIDED},
+    rows::{self, GpuRow},
     stand::Form,
 };
 use crate::sprites::linear;
@@ -25,6 +26,8 @@ pub struct Shelf {
     pub rests: Vec<GpuRest>,
     /// Their vertices at rest.
     pub vertices: Vec<GpuVertex>,
+    /// Where in its row each of them is.
+    pub rows: Vec<GpuRow>,
     /// Joint and weight of each influence.
     pub bones: Vec<u32>,
     /// Three a triangle, into the mesh's vertices.
@@ -67,20 +70,23 @@ impl Shelf {
             radius,
         });
         let first_index = self.indices.len() as u32;
-        self.levels.extend(mesh.levels.iter().map(|level| GpuLevel {
+        let (rows, slim) = rows::rows(mesh);
+        self.levels.extend(mesh.levels.iter().zip(slim).map(|(level, slim)| GpuLevel {
             first_index: first_index + level.first_index,
             triangles: level.index_count / 3,
             first_vertex: level.first_vertex,
             vertices: level.vertex_count,
             error: level.error,
             influences: level.influences,
-            end: [0; 2],
+            slim,
+            end: 0,
         }));
         self.rests.extend(mesh.rest.iter().zip(&mesh.reach).map(|(joint, reach)| {
             let abi::Joint { rotation, translation, scale } = *joint;
             GpuRest { rotation, translation, scale, reach: *reach, end: [0; 3] }
         }));
         self.vertices.extend(mesh.vertices.iter().map(vertex));
+        self.rows.extend(rows);
         self.bones.extend_from_slice(&mesh.bones);
         self.indices.extend_from_slice(&mesh.indices);
     }
@@ -136,6 +142,8 @@ pub struct Books {
     pub rests: Buffer,
     /// [`Shelf::vertices`].
     pub vertices: Buffer,
+    /// [`Shelf::rows`].
+    pub rows: Buffer,
     /// [`Shelf::bones`].
     pub bones: Buffer,
     /// [`Shelf::indices`].
@@ -176,6 +184,7 @@ impl Library {
                 levels: bring(gpu, "mesh levels", &shelf.levels)?,
                 rests: bring(gpu, "mesh joints at rest", &shelf.rests)?,
                 vertices: bring(gpu, "mesh vertices at rest", &shelf.vertices)?,
+                rows: bring(gpu, "mesh rows", &shelf.rows)?,
                 bones: bring(gpu, "mesh bones", &shelf.bones)?,
                 indices: bring(gpu, "mesh triangles", &shelf.indices)?,
             });

@@ -11,7 +11,8 @@
 //!    the device.
 //!
 //! What is solid is drawn early; veils, which light comes through, late, from far to near, first what they
-//! turn away from the eye.
+//! turn away from the eye. Between them comes what is two-sided and thinner than some pixels: it is drawn a
+//! little wider across its rows ([`rows`]) and fades there by the share of a pixel that it covers.
 //!
 //! Offsets come from a prefix sum, never from atomics: the same frame gives the same bytes.
 
@@ -21,6 +22,7 @@ mod draws;
 pub mod gather;
 pub mod library;
 pub mod records;
+pub mod rows;
 pub mod sample;
 pub mod stand;
 #[cfg(test)]
@@ -32,12 +34,12 @@ use reef_gpu::{Access, Buffer, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline,
 
 use self::{
     buffers::{Buffers, MOST_INDICES, Most, Wanted},
-    draws::{Draws, lit_pipeline},
+    draws::{Draws, Kind, lit_pipeline},
     gather::Subject,
     library::Library,
     records::{
-        BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DrawCounts, Drawn, GROUPS, GpuPart, IndexPush,
-        LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS, command,
+        BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_PIXEL, BIN_THIN, BIN_VEIL, DrawCounts, Drawn, GROUPS,
+        GpuPart, IndexPush, LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS, command,
     },
     stand::{Canopy, Standing},
 };
@@ -63,6 +65,8 @@ struct Picture {
     instances: Upload,
     veils: bool,
     lit_veils: bool,
+    /// Some mesh is two-sided, solid and skinned: it may be thin.
+    leaves: bool,
 }
 
 /// The mesh passes.
@@ -75,6 +79,7 @@ pub struct Meshes {
     index: Pipeline,
     lit: [Pipeline; 2],
     lit_veil: Pipeline,
+    lit_thin: Pipeline,
     draws: Variants<Draws>,
     buffers: Option<Buffers>,
     picture: Option<Picture>,
@@ -94,9 +99,10 @@ impl Meshes {
             scan: Pipeline::compute(gpu, "mesh_scan.comp", &[]),
             skin: Pipeline::compute(gpu, "mesh_skin.comp", &[]),
             index: Pipeline::compute(gpu, "mesh_index.comp", &[]),
-            lit: [("lit meshes", false), ("lit meshes, two-sided", true)]
-                .map(|(name, two_sided)| lit_pipeline(gpu, name, two_sided, false)),
-            lit_veil: lit_pipeline(gpu, "lit veils", true, true),
+            lit: [("lit meshes", Kind::OneSided), ("lit meshes, two-sided", Kind::TwoSided)]
+                .map(|(name, kind)| lit_pipeline(gpu, name, kind)),
+            lit_veil: lit_pipeline(gpu, "lit veils", Kind::Veil),
+            lit_thin: lit_pipeline(gpu, "lit thin meshes", Kind::Thin),
             draws: Variants::default(),
             buffers: None,
             picture: None,
@@ -228,6 +234,7 @@ impl Meshes {
                     (10, (&b.order).into()),
                     (11, (&b.draw).into()),
                     (12, (&b.vertex).into()),
+                    (13, (&books.rows).into()),
                 ],
             )
             .run(|cmd| {
@@ -280,7 +287,12 @@ impl Meshes {
         }
         let last = subject.instances.last().map_or(0, |last| last.flags);
         let [veils, lit_veils] = [records::VEIL, records::LIT_VEIL].map(|flag| last & flag != 0);
-        self.picture = Some(Picture { instances, veils, lit_veils });
+        let leaf = |instance: &records::GpuInstance| {
+            let two_sided = self.library.shelf.meshes[instance.mesh as usize].flags & records::TWO_SIDED != 0;
+            two_sided && instance.flags & (records::VEIL | records::DRAWN_ANEW) == 0
+        };
+        let leaves = subject.instances.iter().any(leaf);
+        self.picture = Some(Picture { instances, veils, lit_veils, leaves });
         Ok(())
     }
 
@@ -309,6 +321,32 @@ impl Meshes {
                 cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_PIXEL + side), 20), 1)?;
             }
             Ok(())
+        })
+    }
+
+    /// The draw of what is thin, from far to near, over all that is solid.
+    pub fn draw_thin(
+        &self,
+        frame: &mut Frame<'_>,
+        (view, materials): (Upload, &Buffer),
+        layers: &Layers,
+        targets: &Targets<'_>,
+    ) -> Result<()> {
+        let (Some(draws), Some(true)) = (self.draws.get(), self.picture.map(|picture| picture.leaves)) else {
+            return Ok(());
+        };
+        let by_pixels = std::slice::from_ref(&draws.thin);
+        self.draw(frame, "meshes: thin", (view, materials, layers, targets), by_pixels, |cmd, b| {
+            if self.draws.chosen().quality == Quality::Low {
+                cmd.pipeline(&self.lit_thin)?;
+                cmd.vertices(0, &b.vertex)?;
+                cmd.indices(&b.index, vk::IndexType::UINT32)?;
+                cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_LIT_THIN), 20), 1)?;
+            }
+            cmd.pipeline(&draws.thin)?;
+            cmd.vertices(0, &b.vertex)?;
+            cmd.indices(&b.index, vk::IndexType::UINT32)?;
+            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_THIN), 20), 1)
         })
     }
 

@@ -28,8 +28,8 @@ pub const LIT_VEIL: u32 = 64;
 pub const CUT_OUT: u32 = 128;
 
 /// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils
-/// by pixels and at vertices.
-pub const BINS: usize = 6;
+/// by pixels and at vertices, what is thinner than a pixel in the same two ways.
+pub const BINS: usize = 8;
 /// Of what is lit at its vertices.
 pub const BIN_LIT: usize = 0;
 /// Of what is lit pixel by pixel.
@@ -38,6 +38,14 @@ pub const BIN_PIXEL: usize = 2;
 pub const BIN_VEIL: usize = 4;
 /// Of the same, lit at its vertices.
 pub const BIN_LIT_VEIL: usize = 5;
+/// Of what is so thin that its edges fade, lit pixel by pixel.
+pub const BIN_THIN: usize = 6;
+/// Of the same, lit at its vertices.
+pub const BIN_LIT_THIN: usize = 7;
+/// Of what is thin most of the surface is in rows of less than half this width [px].
+pub const THIN_HALF: f32 = 1.0;
+/// Half width of what is never widened [px].
+pub const NO_ROW: f32 = 100.0;
 /// What has no pattern may be so many times as large and still lit at its vertices.
 pub const SMOOTH_LIT: f32 = 4.0;
 /// A coarser level begins to fade in at this many times its threshold.
@@ -90,8 +98,10 @@ reef_gpu::record! {
         pub error: f32,
         /// Bones that are read of each vertex.
         pub influences: u32,
+        /// Half the width of most of its surface [m].
+        pub slim: f32,
         /// 0: records are whole texels.
-        pub end: [u32; 2],
+        pub end: u32,
     }
 }
 

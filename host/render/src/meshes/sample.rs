@@ -3,13 +3,13 @@
 
 use glam::Vec3;
 use reef_abi as abi;
-use reef_shapes::{Shape, bell, bell::Bell, fish, plant};
+use reef_shapes::{Shape, bell, bell::Bell, fish, grass, plant};
 use reef_streams::{
     Outputs,
     meshes::{MeshList, Meshes, Wanted},
 };
 
-/// Meshes of a plant, a body and a bell (ids 1, 2, 3), and what moves them.
+/// Meshes of a plant, a body, a bell and grass (ids 1 to 4), and what moves them.
 pub struct Models {
     /// The meshes.
     pub list: MeshList,
@@ -20,7 +20,7 @@ impl Default for Models {
     fn default() -> Self {
         let bell = Bell::new();
         let mut meshes = Meshes::default();
-        for shape in [&plant::shape(), &fish::shape(), &bell.shape] {
+        for shape in [&plant::shape(), &fish::shape(), &bell.shape, &grass::shape()] {
             // The shapes are sound; one that were not would be missed in every picture.
             let made = meshes.add(wanted(shape));
             debug_assert!(matches!(made, Ok(Ok(_))), "{made:?}");
@@ -44,7 +44,7 @@ pub fn wanted(shape: &Shape) -> Wanted<'_> {
     }
 }
 
-/// Green leaf, orange scale, clear jelly.
+/// Green leaf, orange scale, clear jelly, grass.
 fn materials() -> Vec<abi::Material> {
     let tissue = abi::Material { wrap: 0.5, rim: 0.3, roughness: 1.0, ..abi::Material::default() };
     vec![
@@ -70,6 +70,12 @@ fn materials() -> Vec<abi::Material> {
             translucency: 1.0,
             ..tissue
         },
+        abi::Material {
+            base: [0.10, 0.30, 0.03, 1.0],
+            tip: [0.20, 0.40, 0.05, 0.3],
+            translucency: 0.8,
+            ..tissue
+        },
     ]
 }
 
@@ -84,6 +90,13 @@ impl Models {
         let mut joints = [abi::Joint::default(); plant::JOINTS];
         plant::sway(origin[0] as f32, origin[2] as f32, time, size, &mut joints);
         skinned(outputs, 1, origin, (Vec3::Y * (0.5 * size), 0.8 * size), size, &joints);
+    }
+
+    /// A shoot of grass whose joints bend by an angle [rad] each.
+    pub fn grass(&self, outputs: &mut Outputs, origin: [f64; 3], size: f32, angle: f32) {
+        let mut joints = [abi::Joint::default(); grass::JOINTS];
+        grass::bend(angle, size, &mut joints);
+        skinned(outputs, 4, origin, (Vec3::Y * (0.25 * size), 0.4 * size), size, &joints);
     }
 
     /// A body that swims.

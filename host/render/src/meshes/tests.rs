@@ -15,7 +15,7 @@ use reef_streams::{
 use super::{
     gather::{Subject, gather},
     library::Shelf,
-    records::{BIN_LIT, BIN_LIT_VEIL, BIN_VEIL, Drawn, FAR_SIDE, VEIL},
+    records::{BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_THIN, BIN_VEIL, BINS, Drawn, FAR_SIDE, VEIL},
     sample::Models,
     twin,
 };
@@ -23,6 +23,7 @@ use crate::{
     Quality, Settings, Shot,
     device_tests::{SIZE, blackboard, half, keep, open},
     gather as fibres,
+    lod::LIT_EDGE,
     matched::Matched,
     sample,
     studio::Studio,
@@ -38,6 +39,7 @@ fn garden(models: &Models, time: f32) -> Outputs {
         models.plant(&mut outputs, [0.7 * column, -4.0, z], 0.5 + 0.02 * i as f32, time);
         let at = [0.4 * column, -3.5 + 0.08 * row, z + 0.5];
         models.fish(&mut outputs, at, 0.8 * i as f32, time + 0.1 * i as f32);
+        models.grass(&mut outputs, [0.7 * column + 0.1, -4.0, z], 1.0, 0.1 * time + 0.02 * i as f32);
         if i % 3 == 0 {
             models.bell(&mut outputs, [0.6 * column + 0.2, -3.2, z - 0.2], 1.0, time + 0.2 * i as f32);
         }
@@ -109,7 +111,7 @@ fn the_gpus_meshes_are_those_of_the_twin() {
         let fibres::Gathered { objects, matched, .. } = fibres::gather(&previous, &current, alpha, &lens, 0);
         let subject = gather([&previous, &current], &matched, alpha, &lens, settings.quality, &shelf);
         let brought = twin::Brought::new(&previous, &current);
-        let (mut drawn, mut pairs, mut levels, mut bins) = (0, 0, [0; 6], [0; 6]);
+        let (mut drawn, mut pairs, mut levels, mut bins) = (0, 0, [0; 6], [0; BINS]);
         for i in 0..subject.instances.len() {
             let expected =
                 twin::parts((&subject, &brought), (&shelf, &objects), i, &lens, settings.detail.as_ref());
@@ -139,6 +141,17 @@ fn the_gpus_meshes_are_those_of_the_twin() {
                     if expected.bin < BIN_LIT + 2 || expected.bin == BIN_LIT_VEIL {
                         continue;
                     }
+                    let [share, half_px] = e.across;
+                    if expected.bin == BIN_LIT_THIN {
+                        let [off, width] = [half(seen[6] & 0xffff), half(seen[6] >> 16)];
+                        let expected_off = share * (half_px.abs() + LIT_EDGE);
+                        assert!((off - expected_off).abs() < 5e-3 * (1.0 + half_px.abs()), "{place}: {off}");
+                        assert!((width - half_px).abs() < 5e-3 * (1.0 + half_px.abs()), "{place}: {width}");
+                        continue;
+                    }
+                    let (seen_share, width) = (snorm(seen[5] >> 16), half(seen[9] >> 16));
+                    assert!((seen_share - share).abs() < 5e-3, "{place}, vertex {v}: {seen_share}, {share}");
+                    assert!((width - half_px).abs() < 5e-3 * (1.0 + half_px.abs()), "{place}: {width}");
                     let normal = Vec3::new(snorm(seen[4]), snorm(seen[4] >> 16), snorm(seen[5]));
                     assert!(normal.distance(e.normal) < 2e-3, "{place}, vertex {v}: {normal}");
                     let thickness = half(seen[8] >> 16);
@@ -151,7 +164,10 @@ fn the_gpus_meshes_are_those_of_the_twin() {
                 for (t, (s, e)) in seen.chunks_exact(3).zip(expected.indices.chunks_exact(3)).enumerate() {
                     let same = s.iter().zip(e).all(|(s, e)| s - of == *e);
                     // A triangle that is seen from its edge may count for either side.
-                    assert!(same || expected.bin >= BIN_VEIL, "{place}, triangle {t}: {s:?}, {e:?} + {of}");
+                    assert!(
+                        same || expected.bin == BIN_VEIL || expected.bin == BIN_LIT_VEIL,
+                        "{place}, triangle {t}: {s:?}, {e:?} + {of}"
+                    );
                     other += usize::from(!same);
                 }
                 assert!(100 * other <= seen.len() / 3, "{place}: {other} are on the other side");
@@ -163,6 +179,7 @@ fn the_gpus_meshes_are_those_of_the_twin() {
             assert!(pairs > 0 && levels[1..].iter().sum::<i32>() > 10, "{name}: {pairs}, {levels:?}");
         }
         assert_eq!(bins[..2].iter().any(|n| *n > 0), settings.quality == Quality::Low, "{name}: {bins:?}");
+        assert!(bins[BIN_THIN] + bins[BIN_LIT_THIN] > 0, "{name}: {bins:?}");
     }
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());
@@ -189,7 +206,10 @@ fn elements_are_matched_by_their_objects_id_and_their_number_within_it() {
     };
     let joints = reef_shapes::fish::JOINTS as u32;
     let previous = |before: Outputs, now: Outputs| -> Vec<(u32, f32)> {
-        subject(before, now, 0.25).instances.iter().map(|i| (i.previous / joints, i.blend)).collect()
+        let mut instances = subject(before, now, 0.25).instances;
+        // In the order of the elements.
+        instances.sort_by_key(|instance| instance.current);
+        instances.iter().map(|i| (i.previous / joints, i.blend)).collect()
     };
     assert_eq!(previous(make([1, 2, 3]), make([1, 2, 3])), [(0, 0.25), (1, 0.25), (2, 0.25)]);
     assert_eq!(previous(make([1, 2, 3]), make([3, 4, 1])), [(2, 0.25), (0, 1.0), (0, 0.25)]);
@@ -211,6 +231,18 @@ fn elements_are_matched_by_their_objects_id_and_their_number_within_it() {
     now.skinned[2].object = 2;
     now.skinned[1].object = 2;
     assert_eq!(previous(before, now), [(2, 0.25), (0, 0.25), (1, 0.25)]);
+}
+
+#[test]
+fn what_hides_what_is_behind_it_comes_from_near_to_far() {
+    let models = Models::default();
+    let mut outputs = models.empty();
+    for z in [-3.0, 0.0, -8.0, -1.0] {
+        models.fish(&mut outputs, [0.0, -3.5, z], 0.0, 0.0);
+    }
+    let all = subject(outputs.clone(), outputs, 1.0);
+    assert_eq!(all.instances.iter().map(|i| i.object).collect::<Vec<_>>(), [1, 3, 0, 2]);
+    assert!(all.instances.iter().enumerate().all(|(i, instance)| instance.vertices_of == i as u32));
 }
 
 #[test]

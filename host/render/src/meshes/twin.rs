@@ -2,7 +2,7 @@
 //! compare what the GPU wrote with what stands here. Pictures use it for lines that show joints and levels
 //! alone.
 
-use glam::{Mat3, Quat, Vec3, Vec4};
+use glam::{Mat3, Quat, Vec2, Vec3, Vec4};
 use reef_abi as abi;
 use reef_streams::frame as sea;
 
@@ -10,15 +10,18 @@ use super::{
     gather::Subject,
     library::Shelf,
     records::{
-        BAND, BIN_LIT, BIN_LIT_VEIL, BIN_PIXEL, BIN_VEIL, DRAWN_ANEW, DUAL, FAR_SIDE, GpuInstance, GpuLevel,
-        LIT_VEIL, PLAIN, RIGID, SMOOTH, SMOOTH_LIT, TWO_SIDED, VEIL,
+        BAND, BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_PIXEL, BIN_THIN, BIN_VEIL, DRAWN_ANEW, DUAL, FAR_SIDE,
+        GpuInstance, GpuLevel, LIT_VEIL, NO_ROW, PLAIN, RIGID, SMOOTH, SMOOTH_LIT, THIN_HALF, TWO_SIDED,
+        VEIL,
     },
+    rows::GpuRow,
 };
 use crate::{
     gather::{self, GpuObject},
-    lod::Thresholds,
+    lod::{EDGE, LIT_EDGE, Thresholds},
     quality::Quality,
     steps::joined,
+    twin::pixel_at,
     view::{Lens, NEAR},
 };
 
@@ -31,6 +34,9 @@ pub struct Vertex {
     pub normal: Vec3,
     /// Tissue [cm].
     pub thickness_cm: f32,
+    /// Of what is thin: how far it is from its row's middle, as a share of the way to the edge, and half its
+    /// row's width [px].
+    pub across: [f32; 2],
 }
 
 /// An instance at one level of detail.
@@ -157,7 +163,7 @@ pub fn parts(
         let (level, bin, shares) = choice?;
         let of = shelf.levels[level as usize];
         let vertices: Vec<Vertex> =
-            (0..of.vertices).map(|i| twin.vertex(&frames, of, of.first_vertex + i)).collect();
+            (0..of.vertices).map(|i| twin.vertex(&frames, (of, bin), of.first_vertex + i)).collect();
         let indices = twin.indices(of, bin, &vertices);
         Some(Part { level, bin, shares, vertices: if own { vertices } else { Vec::new() }, indices })
     })
@@ -256,20 +262,27 @@ impl<'a> Twin<'a> {
         let most = if self.flag(SMOOTH) { SMOOTH_LIT * lit_mesh } else { lit_mesh };
         let lit = 2.0 * radius * pixels < most && limits.is_some() && self.flag(PLAIN);
         let two_sided = usize::from(mesh.flags & TWO_SIDED != 0);
-        let bin = match (self.flag(VEIL), lit) {
-            (true, _) if self.flag(LIT_VEIL) => BIN_LIT_VEIL,
-            (true, _) => BIN_VEIL,
-            (false, true) => BIN_LIT + two_sided,
-            (false, false) => BIN_PIXEL + two_sided,
+        let leaf = two_sided == 1 && !self.flag(DRAWN_ANEW);
+        let bin = |l: u32| {
+            let slim = self.shelf.levels[(mesh.first_level + l) as usize].slim * stretch * pixels;
+            match (self.flag(VEIL), lit) {
+                (true, _) if self.flag(LIT_VEIL) => BIN_LIT_VEIL,
+                (true, _) => BIN_VEIL,
+                (false, true) if leaf && slim < THIN_HALF => BIN_LIT_THIN,
+                (false, false) if leaf && slim < THIN_HALF => BIN_THIN,
+                (false, true) => BIN_LIT + two_sided,
+                (false, false) => BIN_PIXEL + two_sided,
+            }
         };
         [
-            Some((mesh.first_level + chosen, bin, [coarser * there, there])),
-            (coarser > 0.0).then_some((mesh.first_level + next, bin, [0.0, coarser * there])),
+            Some((mesh.first_level + chosen, bin(chosen), [coarser * there, there])),
+            (coarser > 0.0).then_some((mesh.first_level + next, bin(next), [0.0, coarser * there])),
         ]
     }
 
-    fn vertex(&self, frames: &[Frame], level: GpuLevel, vertex: u32) -> Vertex {
+    fn vertex(&self, frames: &[Frame], (level, bin): (GpuLevel, usize), vertex: u32) -> Vertex {
         let mesh = self.mesh();
+        let mut across = [0.0, NO_ROW];
         let rest = &self.shelf.vertices[(mesh.first_vertex + vertex) as usize];
         let (p, n, thickness) = if self.flag(DRAWN_ANEW) {
             let at = |vertices: &[abi::DrawVertex], first: u32| vertices[(first + vertex) as usize];
@@ -292,21 +305,61 @@ impl<'a> Twin<'a> {
                 .map(|bone| (frames[(bone & 0xffff) as usize], (bone >> 16) as f32 / 65535.0))
                 .collect::<Vec<_>>();
             let (v, n) = (Vec3::from(rest.position), unpacked_normal(rest.normal));
-            let (p, n) = if mesh.flags & DUAL != 0 { dual(&weighted, v, n) } else { linear(&weighted, v, n) };
+            let blend = if mesh.flags & DUAL != 0 { dual } else { linear };
+            let (mut p, n) = blend(&weighted, v, n);
+            if bin >= BIN_THIN {
+                let row = self.shelf.rows[(mesh.first_vertex + vertex) as usize];
+                let [axis, wide] =
+                    [row.axis, row.wide].map(|way| blend(&weighted, v, unpacked_normal(way)).1);
+                let sum: f32 = weighted.iter().map(|(_, weight)| weight).sum();
+                let scale = match mesh.flags & DUAL {
+                    0 => wide.length() / sum,
+                    _ => weighted.iter().map(|(frame, weight)| weight * frame.scale).sum::<f32>() / sum,
+                };
+                let edge = if bin == BIN_LIT_THIN { LIT_EDGE } else { EDGE };
+                let ways = [axis.normalize(), wide.normalize()];
+                across = self.widen(&mut p, (row, ways, scale), edge);
+            }
             (p, n, rest.thickness * self.instance.scale)
         };
         Vertex {
             clip: self.lens.clip_from_eye() * (self.base + p).extend(1.0),
             normal: n.normalize(),
             thickness_cm: (thickness * 100.0).min(1000.0),
+            across,
         }
+    }
+
+    /// Moves a vertex of a thin mesh as `widened` of `shaders/mesh_skin.comp` does.
+    fn widen(
+        &self,
+        p: &mut Vec3,
+        (row, [axis, wide], scale): (GpuRow, [Vec3; 2], f32),
+        edge: f32,
+    ) -> [f32; 2] {
+        let place = self.base + *p;
+        let side = axis.cross(-place);
+        let halves = |packed: u32| Vec2::new(from_half(packed), from_half(packed >> 16));
+        let (extent, at) = (halves(row.half), halves(row.place));
+        if side.length_squared() <= 1e-16 || extent.x <= 0.0 {
+            return [0.0, NO_ROW];
+        }
+        let side = side.normalize();
+        let ways = Vec2::new(wide.dot(side), axis.cross(wide).normalize_or_zero().dot(side));
+        let half_width = (extent * ways).length().max(1e-5) * scale;
+        let off = at.dot(ways) * extent.x * scale;
+        let share = (off / half_width).clamp(-1.0, 1.0);
+        let pixel = pixel_at(place, self.lens);
+        *p += side * (share * (half_width + edge * pixel) - off);
+        let half_px = (half_width / pixel).min(NO_ROW);
+        [share, if extent.y < 0.0 { -half_px } else { half_px }]
     }
 
     fn indices(&self, level: GpuLevel, bin: usize, vertices: &[Vertex]) -> Vec<u32> {
         let all = &self.shelf.indices[level.first_index as usize..][..3 * level.triangles as usize];
         let triangles = all.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| i - level.first_vertex));
         let seen = |t: [u32; 3]| {
-            if bin < BIN_VEIL {
+            if bin != BIN_VEIL && bin != BIN_LIT_VEIL {
                 return t;
             }
             let [a, b, c] = t.map(|i| {
@@ -318,6 +371,12 @@ impl<'a> Twin<'a> {
         };
         triangles.flat_map(seen).collect()
     }
+}
+
+/// What a half float stands for: no less than 6e-5, or 0.
+fn from_half(packed: u32) -> f32 {
+    let (sign, size) = (packed & 0x8000, packed & 0x7fff);
+    if size == 0 { 0.0 } else { f32::from_bits(sign << 16 | ((size << 13) + (112 << 23))) }
 }
 
 /// The header's linear blend.

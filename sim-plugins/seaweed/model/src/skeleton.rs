@@ -111,9 +111,10 @@ pub(crate) struct Joint {
     /// Whose water it feels at the middle level, and far: the segment's own number, or that of one near by.
     pub(crate) middle: u32,
     pub(crate) far: u32,
-    /// Not far away: the waves at it are between those at these two, so far from the first to the second.
-    pub(crate) stations: [u32; 2],
-    pub(crate) between: f32,
+    /// Not far away, by [`STATIONS`]: the waves at it are between those at these two, so far from the first
+    /// to the second.
+    pub(crate) stations: [[u32; 2]; STATIONS.len()],
+    pub(crate) between: [f32; STATIONS.len()],
     /// Segments from the root to this one, itself included.
     pub(crate) depth: f32,
     /// Length of the way from the root to its end [m].
@@ -200,8 +201,8 @@ impl Skeleton {
                 buried: (segment.radius - end.y).max(0.0) as f32,
                 middle: level.middle as u32,
                 far: level.far as u32,
-                stations: level.stations.map(|station| station as u32),
-                between: level.between as f32,
+                stations: level.stations.map(|stations| stations.map(|station| station as u32)),
+                between: level.between.map(|between| between as f32),
                 depth: 1.0 + below.map_or(0.0, |below| below.depth),
                 span: begin + segment.length as f32,
             });
@@ -338,13 +339,13 @@ struct Detail {
     tier: u8,
     middle: usize,
     far: usize,
-    stations: [usize; 2],
-    between: f64,
+    stations: [[usize; 2]; STATIONS.len()],
+    between: [f64; STATIONS.len()],
 }
 
 /// Farthest that two segments of a branch are apart between which the waves' motion is taken to be linear
-/// [m]: where a train is twelve times as long, that errs by 3 % of it, and where it is six times, by 14 %.
-const APART: f64 = 0.5;
+/// [m], the coarsest first: which of them is used follows from the waves, so that it errs by 3 % at most.
+pub(crate) const STATIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// The levels of detail of each segment (§4.4.1). Computed are: the first of a branch at all levels, the rest
 /// of the branch's lower half (⌈n/2⌉ in all) near and in the middle, its upper half near alone. What is not
@@ -371,16 +372,20 @@ fn levels(segments: &[Segment]) -> Vec<Detail> {
             along - 0.5 * segments[*here].length
         };
         let middles: Vec<f64> = branch.iter().map(middle).collect();
-        let (mut before, mut after) = (0, 0);
+        let mut spans = [[0, 0]; STATIONS.len()];
         for (i, here) in branch.iter().enumerate() {
-            if i == after {
-                before = i;
-                let near = (i + 1..branch.len()).take_while(|next| middles[*next] - middles[i] <= APART);
-                after = near.last().unwrap_or((i + 1).min(branch.len() - 1));
+            let mut detail = Detail { tier: 2, middle: upper, far, ..Detail::default() };
+            for (number, ([before, after], apart)) in spans.iter_mut().zip(STATIONS).enumerate() {
+                if i == *after {
+                    *before = i;
+                    let near = (i + 1..branch.len()).take_while(|next| middles[*next] - middles[i] <= apart);
+                    *after = near.last().unwrap_or((i + 1).min(branch.len() - 1));
+                }
+                let [from, to] = [*before, *after];
+                detail.stations[number] = if i == from { [*here; 2] } else { [branch[from], branch[to]] };
+                detail.between[number] =
+                    (middles[i] - middles[from]) / (middles[to] - middles[from]).max(1e-9);
             }
-            let stations = if i == before { [*here; 2] } else { [branch[before], branch[after]] };
-            let between = (middles[i] - middles[before]) / (middles[after] - middles[before]).max(1e-9);
-            let detail = Detail { tier: 2, middle: upper, far, stations, between };
             levels[*here] = match i {
                 0 => Detail { tier: 0, middle: *here, ..detail },
                 _ if i < half => Detail { tier: 1, middle: *here, ..detail },
@@ -456,18 +461,25 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_felt_at_both_ends_of_a_branch_and_every_half_metre() {
+    fn waves_are_felt_at_both_ends_of_a_branch_and_as_far_apart_as_stations_are() {
         // Twelve of a decimetre, and a single one on the third.
         let mut segments = chain(12);
         segments.push(Segment { parent: Some(2), height: 0.05, ..Segment::default() });
         let skeleton = Skeleton::new(&segments).unwrap();
-        let own: Vec<u32> =
-            (0..).zip(&skeleton.joints).filter(|(i, j)| j.stations[0] == *i).map(|(i, _)| i).collect();
-        assert_eq!(own, [0, 5, 10, 11, 12]);
+        let own = |apart: usize| -> Vec<u32> {
+            let is_one = |(i, joint): &(u32, &Joint)| joint.stations[apart][0] == *i;
+            (0..).zip(&skeleton.joints).filter(is_one).map(|(i, _)| i).collect()
+        };
+        assert_eq!(own(0), [0, 10, 11, 12]);
+        assert_eq!(own(1), [0, 5, 10, 11, 12]);
+        assert_eq!(own(2), [0, 2, 4, 6, 8, 10, 11, 12]);
+        assert_eq!(own(3), (0..=12).collect::<Vec<u32>>());
         for (number, joint) in skeleton.joints.iter().enumerate().take(11) {
-            let [a, b] = joint.stations.map(f64::from);
-            let at = a + (b - a) * f64::from(joint.between);
-            assert!((at - number as f64).abs() < 1e-5, "{number}: {a} {b} {}", joint.between);
+            for (stations, between) in joint.stations.iter().zip(joint.between) {
+                let [a, b] = stations.map(f64::from);
+                let at = a + (b - a) * f64::from(between);
+                assert!((at - number as f64).abs() < 1e-5, "{number}: {a} {b} {between}");
+            }
         }
     }
 

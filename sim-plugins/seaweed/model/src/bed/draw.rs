@@ -3,8 +3,9 @@
 //! Far plants, and those that nobody sees, are moved as a whole by one joint: the first segment's. On the way
 //! there, over the second in which the level of detail changes, all joints go to where that one carries them.
 
+use fearless_simd::Simd;
 use glam::{Quat, Vec3};
-use reef_flow::Level;
+use reef_flow::{Level, lanes::transposed, simd::splat};
 use reef_sdk::{
     Chunks, Parts, Workers,
     abi::{self, Joint, Object, Skinned},
@@ -12,9 +13,12 @@ use reef_sdk::{
 
 use super::{
     BED, Bed, JointPose, Pack, id_of,
-    poses::{frames, one},
+    poses::{Bases, frames, one},
 };
-use crate::looks::Dress;
+use crate::{
+    lanes::{WIDTH, load},
+    looks::Dress,
+};
 
 /// What the renderer knows a mesh and its material by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,20 +116,13 @@ impl Bed {
             let computed = if bent { segments.len() } else { 1 };
             reef_flow::dispatch!(level, simd => frames(simd, &segments[..computed], pack, rows, bases));
             let mut first_joint = drawn_bounds[number];
+            let mut rooms: [&mut [Joint]; WIDTH] = Default::default();
             for ((lane, plant), element) in pack.lanes().zip(elements) {
                 let share = share_of_whole(pack, lane, how.whole);
                 let count = if share >= 1.0 { 1 } else { segments.len() };
                 let (own, rest) = core::mem::take(&mut room).split_at_mut(count);
-                room = rest;
+                (rooms[lane], room) = (own, rest);
                 let size = pack.stand.size.0[lane];
-                let stiff = Whole::new(&one(&bases[0], lane), &kind.rest[0], size);
-                if share >= 1.0 {
-                    own[0] = stiff.joint;
-                } else {
-                    for ((joint, base), rest) in own.iter_mut().zip(bases.iter()).zip(&kind.rest) {
-                        *joint = stiff.toward(one(base, lane), rest, share);
-                    }
-                }
                 let flags = if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 };
                 let dress = how.dresses.get(plant as usize).copied().unwrap_or_default();
                 let wear = how.wears.get(dress.number as usize).copied().unwrap_or_default();
@@ -145,7 +142,31 @@ impl Bed {
                 };
                 first_joint += count;
             }
+            reef_flow::dispatch!(level, simd => spread(simd, &bases[..computed], &mut rooms));
+            for (lane, _) in pack.lanes() {
+                let share = share_of_whole(pack, lane, how.whole);
+                if share > 0.0 {
+                    let size = pack.stand.size.0[lane];
+                    let stiff = Whole::new(&one(&bases[0], lane), &kind.rest[0], size);
+                    stiff.take_along(rooms[lane], &kind.rest, share);
+                }
+            }
         });
+    }
+}
+
+/// Writes the joints of a pack's plants, each plant's to its own room, as far as that goes.
+#[inline(always)]
+fn spread<S: Simd>(simd: S, bases: &[Bases], rooms: &mut [&mut [Joint]; WIDTH]) {
+    for (number, ([x, y, z, w], [px, py, pz])) in bases.iter().enumerate() {
+        let [x, y, z, w, px, py, pz] = [x, y, z, w, px, py, pz].map(|lane| load(simd, lane));
+        let plants = transposed([x, y, z, w, px, py, pz, splat(simd, 1.0)]);
+        for (room, plant) in rooms.iter_mut().zip(plants) {
+            if let Some(joint) = room.get_mut(number) {
+                let [x, y, z, w, px, py, pz, scale] = plant.into();
+                *joint = Joint { rotation: [x, y, z, w], translation: [px, py, pz], scale };
+            }
+        }
     }
 }
 
@@ -167,16 +188,19 @@ impl Whole {
         Self { joint, turn, place, size }
     }
 
-    /// A joint that goes a share of the way to where the whole carries it.
-    fn toward(&self, pose: JointPose, rest: &JointPose, share: f32) -> Joint {
-        let mut turn = Quat::from_array(pose.rotation);
-        let mut place = Vec3::from(pose.position);
-        if share > 0.0 {
+    /// Lets joints go a share of the way to where the whole carries them; 1: there is one, which moves all.
+    fn take_along(&self, joints: &mut [Joint], rest: &[JointPose], share: f32) {
+        if share >= 1.0 {
+            joints[0] = self.joint;
+            return;
+        }
+        for (joint, rest) in joints.iter_mut().zip(rest) {
+            let turn = Quat::from_array(joint.rotation);
             let carried = self.turn * Quat::from_array(rest.rotation);
             let near = if carried.dot(turn) < 0.0 { -carried } else { carried };
-            turn = (turn * (1.0 - share) + near * share).normalize();
-            place = place.lerp(self.place + self.turn * (Vec3::from(rest.position) * self.size), share);
+            let there = self.place + self.turn * (Vec3::from(rest.position) * self.size);
+            joint.rotation = (turn * (1.0 - share) + near * share).normalize().to_array();
+            joint.translation = Vec3::from(joint.translation).lerp(there, share).to_array();
         }
-        Joint { rotation: turn.to_array(), translation: place.to_array(), scale: 1.0 }
     }
 }

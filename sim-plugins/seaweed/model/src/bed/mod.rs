@@ -12,6 +12,7 @@ mod draw;
 mod flows;
 mod pack;
 mod poses;
+mod spacing;
 mod state;
 
 use std::collections::BTreeMap;
@@ -34,6 +35,7 @@ use cell::Cell;
 pub use draw::{Drawing, Wear};
 use pack::{Pack, Scratch};
 pub use poses::JointPose;
+use spacing::Spacing;
 pub use state::State;
 
 /// What all plants of a species share.
@@ -130,6 +132,7 @@ pub struct Bed {
     /// The step's flow without what the plants emit themselves.
     flow: Vec<Flow>,
     choice: Choice,
+    spacing: Spacing,
     /// The step's trains, in the order of their choice.
     waves: Vec<Wave>,
     /// The same some time ago: for plants that make up for steps.
@@ -160,6 +163,12 @@ fn catch_up_end(step: usize) -> f64 {
     CATCH_UP.get(step + 1).copied().unwrap_or(0.0)
 }
 
+/// Who may be in a pack together: what a plant gets of the waves follows from these, not from its neighbours.
+fn group_of(kinds: &[Kind], plant: &Plant) -> (usize, [i64; 3], u64, usize) {
+    let top = plant.root.y + kinds[plant.kind].skeleton.reach() * plant.size;
+    (plant.kind, cell::key(plant.root), pack::size_class(plant), spacing::band(top))
+}
+
 impl Bed {
     /// Plants of these kinds. What stands where it does keeps its order in everything that comes out.
     pub fn new(kinds: Vec<Kind>, plants: Vec<Plant>) -> Self {
@@ -167,7 +176,7 @@ impl Bed {
             (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
         order.sort_by_key(|i| {
             let plant = &plants[*i as usize];
-            (plant.kind, cell::key(plant.root), pack::largest(plant), cell::strip(plant.root), *i)
+            (group_of(&kinds, plant), cell::strip(plant.root), *i)
         });
         let mut bed = Self {
             kinds,
@@ -184,6 +193,7 @@ impl Bed {
             field: Field::new(),
             flow: Vec::new(),
             choice: Choice::default(),
+            spacing: Spacing::default(),
             waves: Vec::new(),
             before: vec![Vec::new(); CATCH_UP.len()],
             scratch: Vec::new(),
@@ -192,10 +202,7 @@ impl Bed {
             strongest: Vec::new(),
             bases: Vec::new(),
         };
-        let group = |i: &u32| {
-            let plant = &bed.plants[*i as usize];
-            (plant.kind, cell::key(plant.root), pack::largest(plant))
-        };
+        let group = |i: &u32| group_of(&bed.kinds, &bed.plants[*i as usize]);
         let groups: Vec<Vec<u32>> =
             order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
         bed.patches = flows::patches(&bed.kinds, &bed.plants);
@@ -268,7 +275,7 @@ impl Bed {
         self.prepare(around, levels);
         let view = View::new(around.camera, levels.margin);
         let Self { packs, rows, row_bounds, cells, field, waves, before, scratch, kinds, choice, .. } = self;
-        let (field, kinds, choice, before) = (&*field, &*kinds, &*choice, &*before);
+        let (field, kinds, choice, before, spacing) = (&*field, &*kinds, &*choice, &*before, &self.spacing);
         let ordered = &Surroundings { waves, ..*around };
         around.workers.for_each_part(Chunks::new(cells, 1), |_, cell| {
             cell[0].fill(field, ordered, levels, &view);
@@ -279,7 +286,7 @@ impl Bed {
             let pack = &mut pack[0];
             let cell = &cells[pack.cell()];
             let kind = &kinds[pack.kind()];
-            let sea = pack::Sea { around: ordered, levels, view: &view, cell, kind, choice, before };
+            let sea = pack::Sea { around: ordered, levels, view: &view, cell, kind, choice, spacing, before };
             pack.step(&sea, rows, scratch);
         });
         let mut work = Work::default();
@@ -305,6 +312,7 @@ impl Bed {
         levels.choose(&mut self.choice, around.waves, around.depth, around.camera);
         self.waves.clear();
         self.waves.extend(self.choice.in_order(around.waves));
+        self.spacing.update(&self.waves, around.depth);
         for (i, before) in self.before.iter_mut().enumerate() {
             let ago = catch_up_end(i);
             before.clear();

@@ -8,11 +8,14 @@ use reef_flow::{
 };
 use reef_sdk::abi::Wave;
 
-use super::{CATCH_UP, Kind, Pass, Plant, Room, Stand, Surroundings, Work, catch_up_end, cell::Cell};
+use super::{
+    CATCH_UP, Kind, Pass, Plant, Room, Spacing, Stand, Surroundings, Work, catch_up_end, cell::Cell, spacing,
+};
 use crate::{
     kernel::{self, Row},
     lanes::{Lane, WIDTH},
     levels::{Levels, toward, upright_distance},
+    skeleton::STATIONS,
     water::Water,
 };
 
@@ -35,8 +38,10 @@ pub(super) struct Pack {
     jumped: u8,
     /// No part of each comes farther from its root than this [m].
     reach: [f32; WIDTH],
-    /// No plant in here is larger, see [`largest`].
+    /// No plant in here is larger, see [`size_class`].
     largest: f64,
+    /// How far up they reach, see [`spacing::band`].
+    band: usize,
     work: Work,
 }
 
@@ -64,6 +69,7 @@ pub(super) struct Sea<'a> {
     pub(super) cell: &'a Cell,
     pub(super) kind: &'a Kind,
     pub(super) choice: &'a Choice,
+    pub(super) spacing: &'a Spacing,
     /// The trains some time ago.
     pub(super) before: &'a [Vec<Wave>],
 }
@@ -109,7 +115,12 @@ impl Pack {
             stepped: 0,
             jumped: 0,
             reach,
-            largest: plants.iter().map(|plant| largest(plant)).max().unwrap_or(0) as f64,
+            largest: plants.iter().map(|plant| size_class(plant)).max().unwrap_or(0) as f64 * CLASS,
+            band: plants
+                .iter()
+                .map(|plant| spacing::band(plant.root.y + what.skeleton.reach() * plant.size))
+                .min()
+                .unwrap_or(0),
             work: Work::default(),
         }
     }
@@ -246,33 +257,32 @@ impl Pack {
         let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
         // A plant may bend up, or toward the eye, out of its cell.
         let reach = sea.kind.skeleton.reach() * self.largest;
-        let top = (anchor.y + 0.5 * super::cell::SIZE + reach).min(0.0);
+        let top = (anchor.y + 0.5 * super::cell::SIZE + reach).min(spacing::top(self.band));
         let distance = (sea.cell.distance(sea.view.eye) - reach).max(0.0);
+        let count = sea.choice.count(top as f32, distance as f32);
+        let farthest = f64::from(sea.spacing.farthest(self.band, count)) / self.largest;
         Pass {
             joints: &sea.kind.skeleton.joints,
-            water: Water {
-                currents: &sea.cell.currents,
-                trains,
-                count: sea.choice.count(top as f32, distance as f32),
-                share: sea.levels.waves as f32,
-            },
+            water: Water { currents: &sea.cell.currents, trains, count, share: sea.levels.waves as f32 },
             level: anchor.y as f32,
             capsules: &sea.cell.capsules,
             dt,
             lag: sea.kind.lag as f32,
             contact: sea.levels.contact as f32,
             deep: highest < -2.0 * kernel::SKIN,
-            // Between those of a plant that is much larger, waves are not linear.
-            stations: self.largest <= 2.0 && !trains.is_empty(),
+            stations: STATIONS.iter().position(|apart| *apart <= farthest).filter(|_| !trains.is_empty()),
         }
     }
 }
 
-/// The size that the choice of trains counts with for a plant: one for most of them, the next whole number
-/// for larger ones. Packs hold plants of one such size, so that what one gets is its own affair.
-pub(super) fn largest(plant: &Plant) -> u64 {
-    plant.size.max(2.0).ceil() as u64
+/// The size that waves are chosen and evaluated with for a plant, in halves: one and a half for most of them,
+/// the next half for larger ones.
+pub(super) fn size_class(plant: &Plant) -> u64 {
+    (plant.size / CLASS).max(3.0).ceil() as u64
 }
+
+/// Between two classes of size.
+const CLASS: f64 = 0.5;
 
 /// Plants that are larger than this [m] count as so much nearer.
 const USUAL: f64 = 2.0;

@@ -41,7 +41,7 @@ pub(super) fn gather<S: Simd>(
     needs: Needs,
     stand: &Stand,
     rows: &[Row],
-    nodes: &mut [Node],
+    (nodes, lags): (&mut [Node], &mut [Torque]),
 ) {
     let one = splat(simd, 1.0);
     let dt = load(simd, &pass.dt);
@@ -51,7 +51,7 @@ pub(super) fn gather<S: Simd>(
     let base = pose::base(simd, stand);
     for (number, joint) in pass.joints.iter().enumerate() {
         if joint.above != Above::Nothing {
-            nodes[number].lag = Torque::default();
+            lags[number] = Torque::default();
         }
     }
     for (number, (joint, row)) in pass.joints.iter().zip(rows).enumerate().rev() {
@@ -70,11 +70,12 @@ pub(super) fn gather<S: Simd>(
         let held = mul_add(load(simd, &node.touching), splat(simd, pass.contact), load(simd, &node.surface));
         let mut levers = held * splat(simd, joint.depth) * span * span;
         if joint.above != Above::Nothing {
-            force = add(force, load3(simd, &node.lag.force));
-            torque = add(torque, load3(simd, &node.lag.torque));
-            strength += load(simd, &node.lag.strength);
-            lever += load(simd, &node.lag.lever);
-            levers += load(simd, &node.lag.levers);
+            let lag = &lags[number];
+            force = add(force, load3(simd, &lag.force));
+            torque = add(torque, load3(simd, &lag.torque));
+            strength += load(simd, &lag.strength);
+            lever += load(simd, &lag.lever);
+            levers += load(simd, &lag.levers);
         }
         levers += lever;
         let below = pose::below(simd, base, nodes, joint);
@@ -93,7 +94,7 @@ pub(super) fn gather<S: Simd>(
         }
         if joint.parent != GROUND {
             let height = size * splat(simd, joint.height);
-            let parent = &mut nodes[joint.parent as usize].lag;
+            let parent = &mut lags[joint.parent as usize];
             let moved = add(torque, cross(scale(below.y, height), force));
             let sum = add(load3(simd, &parent.force), force);
             store3(&mut parent.force, sum);

@@ -156,14 +156,12 @@ fn from_axis<S: Simd>(simd: S, capsule: &Capsule, place: Vector<S>) -> (Vector<S
 #[inline(always)]
 pub(super) fn shared<S: Simd>(simd: S, pass: &Pass<'_>, needs: Needs, stand: &Stand, nodes: &mut [Node]) {
     let acting = Acting::new(simd, pass, stand);
-    let stations = pass.stations && needs.level < 2;
+    let stations = pass.stations.filter(|_| needs.level < 2);
     for (number, (joint, node)) in (0..).zip(pass.joints.iter().zip(nodes.iter_mut())) {
         let feels = joint.feels(number, needs.level);
-        let waves = if stations {
-            joint.stations[0] == number || (needs.mixed && joint.far == number)
-        } else {
-            feels
-        };
+        let waves = stations.map_or(feels, |stations| {
+            joint.stations[stations][0] == number || (needs.mixed && joint.far == number)
+        });
         if !feels && !waves {
             continue;
         }
@@ -227,13 +225,20 @@ fn at<S: Simd>(simd: S, node: &Node) -> Felt<f32x8<S>> {
 /// The water at a segment, not far away: currents where it is, and the waves between those at two of its
 /// branch.
 #[inline(always)]
-fn near<S: Simd>(simd: S, joint: &Joint, number: usize, nodes: &[Node], stations: bool) -> Felt<f32x8<S>> {
-    let [first, second] = joint.stations.map(|station| station as usize);
-    if !stations || first == second {
+fn near<S: Simd>(
+    simd: S,
+    joint: &Joint,
+    number: usize,
+    nodes: &[Node],
+    stations: Option<usize>,
+) -> Felt<f32x8<S>> {
+    let Some(stations) = stations else { return at(simd, &nodes[number]) };
+    let [first, second] = joint.stations[stations].map(|station| station as usize);
+    if first == second {
         return at(simd, &nodes[number]);
     }
     let (a, b) = (waves_at(simd, &nodes[first]), waves_at(simd, &nodes[second]));
-    let share = splat(simd, joint.between);
+    let share = splat(simd, joint.between[stations]);
     let mut between = a;
     for axis in 0..3 {
         between.velocity[axis] = mix(simd, a.velocity[axis], b.velocity[axis], share);
@@ -253,4 +258,129 @@ fn mixed<S: Simd>(simd: S, a: &Felt<f32x8<S>>, b: &Felt<f32x8<S>>, share: f32x8<
     }
     felt.rise = mix(simd, a.rise, b.rise, share);
     felt
+}
+
+#[cfg(test)]
+mod tests {
+    use reef_flow::{Level, Packed, waves::Trains};
+    use reef_sdk::abi::Wave;
+
+    use super::*;
+    use crate::{
+        kernel::Room,
+        lanes::{Lane, WIDTH},
+        skeleton::{STATIONS, Segment, Skeleton},
+        water::Water,
+    };
+
+    /// A blade of 3 m that leans by 45° along x.
+    fn blade() -> Skeleton {
+        let segment = |i: usize| Segment {
+            parent: i.checked_sub(1),
+            height: if i == 0 { 0.0 } else { 0.05 },
+            length: 0.05,
+            theta: if i == 0 { core::f64::consts::FRAC_PI_2 } else { 0.0 },
+            phi: if i == 0 { core::f64::consts::FRAC_PI_4 } else { 0.0 },
+            ..Segment::default()
+        };
+        Skeleton::new(&(0..60).map(segment).collect::<Vec<_>>()).expect("a blade")
+    }
+
+    /// What the waves do at all segments of a blade in each lane, by its own evaluation or between stations.
+    fn felt(trains: &Trains, stations: Option<usize>) -> Vec<[Lane; 6]> {
+        let skeleton = blade();
+        let mut room = Room::default();
+        room.fit(skeleton.len());
+        let mut stand = Stand { size: Lane::all(1.0), stiff: Lane::all(1.0), ..Stand::default() };
+        (stand.x[0], stand.y[1], stand.normal[1]) = (Lane::all(1.0), Lane::all(1.0), Lane::all(1.0));
+        // Where in a wave the blade stands differs from lane to lane.
+        stand.origin =
+            [Lane(core::array::from_fn(|lane| 0.7 * lane as f32)), Lane::all(-4.0), Lane::all(0.0)];
+        let currents = Packed::new();
+        let pass = Pass {
+            joints: &skeleton.joints,
+            water: Water { currents: &currents, trains, count: usize::MAX, share: 1.0 },
+            level: 0.0,
+            capsules: &[],
+            dt: Lane::all(1.0 / 60.0),
+            lag: 0.3,
+            contact: 0.0,
+            deep: false,
+            stations,
+        };
+        let needs = Needs::of(&stand, &pass.dt).expect("they are stepped");
+        let rest: Vec<_> = skeleton
+            .segments()
+            .iter()
+            .map(|segment| crate::kernel::Row {
+                theta: Lane::all(segment.theta as f32),
+                phi: Lane::all(segment.phi as f32),
+                ..Default::default()
+            })
+            .collect();
+        reef_flow::dispatch!(Level::scalar(), simd => {
+            crate::kernel::pose::pose(simd, &pass, &stand, &rest, &mut room.nodes);
+            shared(simd, &pass, needs, &stand, &mut room.nodes);
+            let all = 0..skeleton.len();
+            let water = all.map(|number| near(simd, &skeleton.joints[number], number, &room.nodes, stations));
+            water
+                .map(|felt| {
+                    let mut lanes = [Lane::default(); 6];
+                    for axis in 0..3 {
+                        store(&mut lanes[axis], felt.velocity[axis]);
+                        store(&mut lanes[3 + axis], felt.acceleration[axis]);
+                    }
+                    lanes
+                })
+                .collect()
+        })
+    }
+
+    /// The greatest error between stations over the greatest that there is, of velocity and of acceleration.
+    fn error(length: f64, stations: usize) -> [f32; 2] {
+        let k = core::f64::consts::TAU / length;
+        let train = |phase: f32| Wave {
+            amplitude: 0.1,
+            wave_number: k as f32,
+            frequency: (9.81 * k).sqrt() as f32,
+            direction: [1.0, 0.0],
+            phase,
+            ..Wave::default()
+        };
+        let mut worst = [0.0_f32; 2];
+        for turn in 0..8 {
+            let mut trains = Trains::new();
+            trains.fill(&[train(0.8 * turn as f32)], 50.0, [0.0; 3]);
+            let (own, between) = (felt(&trains, None), felt(&trains, Some(stations)));
+            for (of, worst) in [0, 3].into_iter().zip(&mut worst) {
+                let size = |lanes: &[Lane; 6], other: &[Lane; 6], lane: usize| {
+                    let square = |i: usize| (lanes[i].0[lane] - other[i].0[lane]).powi(2);
+                    (of..of + 3).map(square).sum::<f32>().sqrt()
+                };
+                for lane in 0..WIDTH {
+                    let most =
+                        own.iter().map(|own| size(own, &[Lane::default(); 6], lane)).fold(0.0, f32::max);
+                    let off = own.iter().zip(&between).map(|(a, b)| size(a, b, lane)).fold(0.0, f32::max);
+                    *worst = worst.max(off / most);
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn between_stations_waves_err_by_three_percent_at_most_where_these_are_chosen() {
+        for (number, apart) in STATIONS.iter().enumerate() {
+            // The shortest wave for which the bed takes these stations, see `bed/spacing.rs`.
+            let shortest = apart * core::f64::consts::TAU / 0.24_f64.sqrt();
+            let [speed, pull] = error(shortest, number);
+            println!("{apart} m apart, waves of {shortest:.2} m: {speed:.4} and {pull:.4}");
+            assert!(speed < 0.031 && pull < 0.031, "{apart} m: {speed} {pull}");
+            assert!(apart < &0.2 || (speed > 0.01 && pull > 0.01), "{apart} m: {speed} {pull}");
+        }
+        // Half a metre apart they would err by so much at 6 m and at 3 m.
+        let [six, three] = [6.0, 3.0].map(|length| error(length, 1)[1]);
+        println!("half a metre apart: {six:.4} at 6 m, {three:.4} at 3 m");
+        assert!(six > 0.02 && three > 0.08, "{six} {three}");
+    }
 }

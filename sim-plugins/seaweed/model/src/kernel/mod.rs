@@ -82,14 +82,19 @@ pub(crate) struct Pass<'a> {
     pub(crate) contact: f32,
     /// No part of any of them can come near the surface.
     pub(crate) deep: bool,
-    /// Whether near plants take the waves between their stations.
-    pub(crate) stations: bool,
+    /// By which of [`crate::skeleton::STATIONS`] plants that are not far take the waves; None: each segment
+    /// takes its own.
+    pub(crate) stations: Option<usize>,
 }
 
 /// Room for the work on one pack. What is in it from others changes nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Room {
     nodes: Vec<Node>,
+    /// What stands on a segment, where that is more than the next one (see [`solve`]).
+    arts: Vec<solve::Art>,
+    /// Torques of sub-branches (see [`lagged`]).
+    lags: Vec<lagged::Torque>,
 }
 
 impl Room {
@@ -97,6 +102,8 @@ impl Room {
     pub(crate) fn fit(&mut self, segments: usize) {
         if self.nodes.len() < segments {
             self.nodes.resize(segments, Node::default());
+            self.arts.resize(segments, solve::Art::default());
+            self.lags.resize(segments, lagged::Torque::default());
         }
     }
 }
@@ -123,12 +130,8 @@ struct Node {
     touching: Lane,
     /// How much the surface holds it against being lifted [N/m].
     surface: Lane,
-    /// What stands on it, where that is more than the next segment, and how its two axes answer (see
-    /// [`solve`]).
-    art: solve::Art,
+    /// How its two axes answer (see [`solve`]).
     answers: [solve::Answer; 2],
-    /// Torque of the sub-branch (see [`lagged`]).
-    lag: lagged::Torque,
     /// By how much the procedural method turns it [rad].
     turn: [Lane; 2],
 }
@@ -181,7 +184,7 @@ pub struct Work {
 pub(crate) fn step(level: Level, pass: &Pass<'_>, stand: &mut Stand, rows: &mut [Row], room: &mut Room) {
     let Some(needs) = Needs::of(stand, &pass.dt) else { return };
     room.fit(rows.len());
-    reef_flow::dispatch!(level, simd => wide(simd, pass, needs, stand, rows, &mut room.nodes));
+    reef_flow::dispatch!(level, simd => wide(simd, pass, needs, stand, rows, room));
 }
 
 #[inline(always)]
@@ -191,20 +194,20 @@ fn wide<S: Simd>(
     needs: Needs,
     stand: &mut Stand,
     rows: &mut [Row],
-    nodes: &mut [Node],
+    room: &mut Room,
 ) {
-    let nodes = &mut nodes[..rows.len()];
-    if needs.level == 0 && !needs.mixed && !pass.stations {
+    let nodes = &mut room.nodes[..rows.len()];
+    if needs.level == 0 && !needs.mixed && pass.stations.is_none() {
         pose::with_loads(simd, pass, stand, rows, nodes);
     } else {
         pose::pose(simd, pass, stand, rows, nodes);
         loads::shared(simd, pass, needs, stand, nodes);
     }
     if needs.physical {
-        solve::gather(simd, pass, needs, stand, rows, nodes);
+        solve::gather(simd, pass, needs, stand, rows, (nodes, &mut room.arts));
     }
     if needs.lagged {
-        lagged::gather(simd, pass, needs, stand, rows, nodes);
+        lagged::gather(simd, pass, needs, stand, rows, (nodes, &mut room.lags));
     }
     advance::advance(simd, pass, needs, stand, rows, nodes);
 }

@@ -79,7 +79,7 @@ pub(super) fn gather<S: Simd>(
     needs: Needs,
     stand: &Stand,
     rows: &[Row],
-    nodes: &mut [Node],
+    (nodes, arts): (&mut [Node], &mut [Art]),
 ) {
     let zero = splat(simd, 0.0);
     let dt = load(simd, &pass.dt);
@@ -92,7 +92,7 @@ pub(super) fn gather<S: Simd>(
     let weights = weights(simd, stand);
     for (number, joint) in pass.joints.iter().enumerate() {
         if joint.above == Above::Branches {
-            nodes[number].art = Art::default();
+            arts[number] = Art::default();
         }
     }
     // What stands on a segment stays in registers where that is the next one alone.
@@ -119,8 +119,9 @@ pub(super) fn gather<S: Simd>(
             Above::Next => {}
             Above::Nothing => (body, total, stretch) = (Body::empty(simd), [zero; 3], zero),
             Above::Branches => {
-                body = Body::of(simd, &node.art);
-                (total, stretch) = (load3(simd, &node.art.total), load(simd, &node.art.stretch));
+                let art = &arts[number];
+                body = Body::of(simd, art);
+                (total, stretch) = (load3(simd, &art.total), load(simd, &art.stretch));
             }
         }
         pull += stretch;
@@ -150,7 +151,7 @@ pub(super) fn gather<S: Simd>(
             body.shift(simd, scale(below.y, height));
             stretch = height * dot(below.y, total);
             if !joint.only {
-                let art = &mut nodes[joint.parent as usize].art;
+                let art = &mut arts[joint.parent as usize];
                 body.hand_down(simd, art);
                 let sum = load(simd, &art.stretch) + stretch;
                 store(&mut art.stretch, sum);

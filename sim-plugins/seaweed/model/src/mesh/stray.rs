@@ -4,16 +4,17 @@ use glam::Vec3;
 
 use super::Shape;
 
-/// From a place to the nearest point of a triangle.
-fn distance([a, b, c]: [Vec3; 3], p: Vec3) -> f32 {
+/// The square of the distance from a place to the nearest point of a triangle [m²].
+fn distance_squared([a, b, c]: [Vec3; 3], p: Vec3) -> f32 {
     let segment = |a: Vec3, b: Vec3| {
         let t = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-        p.distance(a + (b - a) * t)
+        p.distance_squared(a + (b - a) * t)
     };
     let edges = segment(a, b).min(segment(b, c)).min(segment(c, a));
-    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let normal = (b - a).cross(c - a);
     let inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (*b - *a).cross(p - *a).dot(normal) >= 0.0);
-    if inside { edges.min((p - a).dot(normal).abs()) } else { edges }
+    let off = (p - a).dot(normal);
+    if inside { edges.min(off * off / normal.length_squared().max(1e-30)) } else { edges }
 }
 
 /// The triangles of a piece: limb, first index, end.
@@ -28,7 +29,7 @@ fn samples(of: &[[Vec3; 3]]) -> impl Iterator<Item = Vec3> + '_ {
 }
 
 /// What may be between the samples.
-const SLACK: f32 = 1.05;
+const SLACK: f64 = 1.05;
 /// Triangles of a leaf.
 const FEW: usize = 4;
 
@@ -87,18 +88,20 @@ impl Tree {
         self.nodes[number].2 = self.nodes.len();
     }
 
-    /// Distance from a place to the nearest triangle; or, where that is no more than `enough`, to one that is
-    /// so near.
+    /// Square of the distance from a place to the nearest triangle; or, where that is no more than `enough`, to
+    /// one that is so near [m²].
     fn nearest(&self, p: Vec3, enough: f32) -> f32 {
         let (mut best, mut at) = (f32::MAX, 0);
         while let Some((bounds, [begin, end], after)) = self.nodes.get(at) {
-            if bounds.distance_squared(p) >= best * best {
+            if bounds.distance_squared(p) >= best {
                 at = *after;
                 continue;
             }
             at += 1;
             if end - begin <= FEW {
-                best = self.triangles[*begin..*end].iter().fold(best, |best, t| best.min(distance(*t, p)));
+                best = self.triangles[*begin..*end]
+                    .iter()
+                    .fold(best, |best, t| best.min(distance_squared(*t, p)));
                 if best <= enough {
                     break;
                 }
@@ -108,8 +111,8 @@ impl Tree {
     }
 }
 
-/// The greatest of `worst` and the distances from places on some triangles to the nearest of others: those
-/// are looked at no longer than until one is so near that the worst stays.
+/// The greatest of `worst` and the squared distances from places on some triangles to the nearest of others:
+/// those are looked at no longer than until one is so near that the worst stays.
 fn farthest_of(from: &[[Vec3; 3]], to: &Tree, worst: f32) -> f32 {
     samples(from).fold(worst, |worst, p| worst.max(to.nearest(p, worst)))
 }
@@ -124,7 +127,7 @@ pub(crate) fn farthest(shape: &Shape, finest: &[[usize; 3]], own: &[[usize; 3]])
         let worst = farthest_of(&fine.triangles, there, worst);
         if fine.triangles.is_empty() { worst } else { farthest_of(&coarse.triangles, &fine, worst) }
     });
-    f64::from(worst * SLACK)
+    f64::from(worst).sqrt() * SLACK
 }
 
 #[cfg(test)]
@@ -147,7 +150,7 @@ mod tests {
         let tree = Tree::of(triangles.clone());
         for _ in 0..300 {
             let p = place(1.5);
-            let all = triangles.iter().map(|t| distance(*t, p)).fold(f32::MAX, f32::min);
+            let all = triangles.iter().map(|t| distance_squared(*t, p)).fold(f32::MAX, f32::min);
             assert!((tree.nearest(p, 0.0) - all).abs() < 1e-6);
             let enough = tree.nearest(p, 2.0 * all);
             assert!((all..=2.0 * all + 1e-6).contains(&enough) && tree.nearest(p, f32::MAX) >= all);
