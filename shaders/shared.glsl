@@ -39,11 +39,15 @@
 #define LIT_VEIL 64u
 #define CUT_OUT 128u
 #define LEFT_OUT 256u
-#define BINS 6u
+#define BINS 8u
 #define BIN_LIT 0u
 #define BIN_PIXEL 2u
 #define BIN_VEIL 4u
 #define BIN_LIT_VEIL 5u
+#define BIN_THIN 6u
+#define BIN_LIT_THIN 7u
+#define THIN_HALF 1.0
+#define NO_ROW 100.0
 #define SMOOTH_LIT 4.0
 #define BAND 1.15
 
