@@ -151,7 +151,11 @@ fn advance(self: *Blade, input: *const reef.reef_step, output: *const reef.reef_
 }
 
 /// A step that fails leaves everything as it was.
-fn step(ctx: ?*anyopaque, input: [*c]const reef.reef_step, output: [*c]const reef.reef_output) callconv(cc) i32 {
+fn step(
+    ctx: ?*anyopaque,
+    input: [*c]const reef.reef_step,
+    output: [*c]const reef.reef_output,
+) callconv(cc) i32 {
     const self = of(ctx);
     const before = self.*;
     const status = advance(self, input, output);
@@ -212,7 +216,12 @@ fn destroy(ctx: ?*anyopaque) callconv(cc) void {
     std.heap.page_allocator.destroy(of(ctx));
 }
 
-fn create(host: [*c]const reef.reef_host, config: [*c]const u8, length: u64, out: [*c]reef.reef_instance) callconv(cc) i32 {
+fn create(
+    host: [*c]const reef.reef_host,
+    config: [*c]const u8,
+    length: u64,
+    out: [*c]reef.reef_instance,
+) callconv(cc) i32 {
     // The schema allows no keys, and the host has held the scene against it.
     _ = config;
     _ = length;
