@@ -461,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_felt_at_both_ends_of_a_branch_and_as_far_apart_as_stations_are() {
+    fn waves_are_felt_at_both_ends_of_a_branch_and_at_stations_between() {
         // Twelve of a decimetre, and a single one on the third.
         let mut segments = chain(12);
         segments.push(Segment { parent: Some(2), height: 0.05, ..Segment::default() });

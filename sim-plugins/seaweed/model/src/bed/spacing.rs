@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn stations_are_a_thirteenth_of_a_wave_apart_and_nearer_where_short_ones_matter() {
+    fn stations_are_a_thirteenth_of_a_wave_apart_and_nearer_for_short_ones() {
         let mut spacing = Spacing::default();
         spacing.update(&[wave(6.0, 0.2), wave(1.5, 0.05)], 50.0);
         // (k s)²/8 = 0.03

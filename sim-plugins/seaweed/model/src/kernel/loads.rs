@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn between_stations_waves_err_by_three_percent_at_most_where_these_are_chosen() {
+    fn between_stations_waves_err_by_three_percent_at_most() {
         for (number, apart) in STATIONS.iter().enumerate() {
             // The shortest wave for which the bed takes these stations, see `bed/spacing.rs`.
             let shortest = apart * core::f64::consts::TAU / 0.24_f64.sqrt();
