@@ -96,10 +96,8 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     let mut verdicts = Vec::new();
     let bar = say::progress(scenes.len() as u64, "scenes", !common.json);
     let in_order = files::in_order();
-    let mut seen = 0;
-    for scene in &scenes {
+    for (seen, scene) in (1..).zip(&scenes) {
         verdicts.extend(validate(common, args, scene, &golden, &gpu, &in_order)?);
-        seen += 1;
         if let Some(signal) = in_order.asked().filter(|_| seen < scenes.len()) {
             tracing::warn!("ended by {signal}: not all pictures were looked at");
             break;
