@@ -104,7 +104,7 @@ impl Material {
             Err(BodyError { key: key.into(), problem: format!("must be {allowed}, is {value}") })
         };
         if !(self.mass >= LEAST_MASS && self.mass.is_finite()) {
-            return refuse("mass", self.mass, &format!("at least {LEAST_MASS}, and finite"));
+            return refuse("mass", self.mass, &format!("at least {LEAST_MASS}"));
         }
         for (key, value) in [("cross", self.cross), ("side", self.side), ("long", self.long)] {
             if !(value.is_finite() && value > 0.0) {
