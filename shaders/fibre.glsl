@@ -1,5 +1,5 @@
-// Records of the fibre passes. Mirrors host/render/src/fibres.rs; the functions mirror
-// host/render/src/twin.rs.
+// Records of the fibre passes. Mirrors fibre_records.rs and gather.rs of host/render/src; the functions
+// mirror twin.rs there.
 
 #include "shared.glsl"
 

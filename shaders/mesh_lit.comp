@@ -59,7 +59,7 @@ void main() {
         vec3 p = view.forward * ahead + view.right * (side.x * view.tangent_x) - view.up * (side.y * view.tangent_y);
         vec3 n = vec3(unpackSnorm2x16(shape.x), unpackSnorm2x16(shape.y).x);
         float facing = -dot(n, p);
-        bool both = veil || part.bin == BIN_LIT + 1u;
+        bool both = veil || thin || part.bin == BIN_LIT + 1u;
         Skin s;
         s.normal = both && facing < 0.0 ? -n : n;
         vec2 z_u = unpackHalf2x16(shape.w);

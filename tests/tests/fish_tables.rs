@@ -29,7 +29,7 @@ fn no_wrong_table_of_a_fish_gets_through_the_check() {
         ),
         (
             "material = { mass = 0.0 }".to_owned(),
-            "odd.toml:2:21: species.odd.material.mass: is 0, but must be a number above 0 and at most 1000000 [kg]",
+            "odd.toml:2:21: species.odd.material.mass: is 0, but must be a number from 0.000001 to 1000000 [kg]",
         ),
         (
             "mind = { prey = [\"silverside\", \"odd\"] }".to_owned(),

@@ -277,7 +277,8 @@ impl Pipeline {
         }
         if let Some(before) = before {
             interface = interface.join(before).map_err(refuse)?;
-            if interface.bindings != before.bindings || interface.push_size != before.push_size {
+            // Kinds and counts are the same, or they could not be joined.
+            if interface.bindings.len() != before.bindings.len() || interface.push_size != before.push_size {
                 return Err(refuse(
                     "it binds more than before: the program has to be built anew for that".to_owned(),
                 ));

@@ -1,9 +1,7 @@
 //! The last pass of the sea: scene light through the tone curve, with dither, into the picture.
 
 use ash::vk;
-use reef_gpu::{
-    Access, Blend, Frame, Gpu, GraphicsDesc, Image, Load, Pipeline, Resource, Result, SamplerDesc,
-};
+use reef_gpu::{Blend, Frame, Gpu, GraphicsDesc, Image, Load, Pipeline, Resource, Result, SamplerDesc};
 
 /// ENCODE, SAMPLES and CURVE of `shaders/tonemap.frag`.
 type Constants = [(u32, u32); 3];
@@ -73,7 +71,6 @@ impl Tone {
         let pipeline = &self.pipelines[index].2;
         frame
             .pass("tone")
-            .read(light, Access::FragmentSampled)
             .color(picture, Load::Discard)
             .bind(pipeline, &[(0, Resource::Texture(light, self.sampler))])
             .run(|cmd| {

@@ -70,7 +70,12 @@ impl Shelf {
             radius,
         });
         let first_index = self.indices.len() as u32;
-        let (rows, slim) = rows::rows(mesh);
+        // Nothing else is ever thin.
+        let (rows, slim) = if mesh.flags & abi::MESH_TWO_SIDED != 0 {
+            rows::rows(mesh)
+        } else {
+            (vec![GpuRow::default(); mesh.vertices.len()], vec![rows::WIDE; mesh.levels.len()])
+        };
         self.levels.extend(mesh.levels.iter().zip(slim).map(|(level, slim)| GpuLevel {
             first_index: first_index + level.first_index,
             triangles: level.index_count / 3,

@@ -1,5 +1,5 @@
-//! How wide a mesh is across, vertex by vertex: what a blade or a stem that is thinner than a pixel is widened
-//! by (`shaders/mesh_skin.comp`).
+//! How wide a mesh is across, vertex by vertex: what a blade or a stem that is thinner than a pixel is
+//! widened by (`shaders/mesh_skin.comp`).
 //!
 //! A *row* is what edges join along which v does not change: the two edges of a blade and what is between
 //! them, or a ring around a stem. It has a middle, an axis (the way to the rows with greater v) and, across

@@ -140,7 +140,7 @@ impl Seen {
         self.cull_with(threads, outputs, (eye, back, sizes), (layer, dot));
     }
 
-    /// As [`Seen::look`], with so many threads at most: they change nothing.
+    /// As [`Seen::cull`], with so many threads at most: they change nothing.
     pub fn cull_with(
         &mut self,
         threads: usize,
