@@ -180,7 +180,11 @@ impl Bell {
             let shared = self.ring(ring, frames);
             let place = self.form.place(ring) as f32;
             let noise = self.noise.ring(if place < 0.5 { 2.0 * place } else { 2.0 * (1.0 - place) });
-            self.turn(simd, ring + 1, &shared, &noise);
+            if self.profiles.len() > 1 {
+                self.turn::<S, true>(simd, ring + 1, &shared, &noise);
+            } else {
+                self.turn::<S, false>(simd, ring + 1, &shared, &noise);
+            }
             self.rows.close(ring + 1);
         }
         let ends = [0, 1].map(|end| {
@@ -207,9 +211,9 @@ impl Bell {
         }
     }
 
-    /// The places of a ring.
+    /// The places of a ring, of two slices or of one.
     #[inline(always)]
-    fn turn<S: Simd>(&mut self, simd: S, row: usize, ring: &Ring, noise: &RingNoise) {
+    fn turn<S: Simd, const CROSSED: bool>(&mut self, simd: S, row: usize, ring: &Ring, noise: &RingNoise) {
         let around = self.form.around;
         let cell = around / AROUND;
         let [cosines, sines, structures, ridges] = &self.tables;
@@ -222,7 +226,6 @@ impl Bell {
             splat3(simd, ring.out[4]),
         ];
         let Disc { centre, half, side, twist, .. } = ring.disc;
-        let twisted = twist != Vec3::ZERO;
         // cos 2φ = 2 cos² φ − 1.
         let [centre, half, side, twist] =
             [centre - twist, half, side, 2.0 * twist].map(|part| splat3(simd, part.to_array()));
@@ -248,7 +251,7 @@ impl Bell {
                 out = mul_add(out_parts[2][part], cos_cos, out);
                 out = mul_add(out_parts[3][part], sin, out);
                 out = mul_add(out_parts[4][part], sin_cos, out);
-                let centre = if twisted { mul_add(twist[part], cos_cos, centre[part]) } else { centre[part] };
+                let centre = if CROSSED { mul_add(twist[part], cos_cos, centre[part]) } else { centre[part] };
                 let place = mul_add(half[part], cos, mul_add(side[part], sin, centre));
                 let at = part * stride + j;
                 mul_add(out, moved, place).store_slice(&mut data[at..at + WIDTH]);
