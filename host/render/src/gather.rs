@@ -160,7 +160,7 @@ impl Gathered {
         self.materials.clear();
         let mut bases = Bases::default();
         for (i, now) in current.outputs.iter().enumerate() {
-            let before = previous.outputs.get(i).unwrap_or(now);
+            let before = previous.of_module(i);
             self.gather_instance(&bases, i, [before, now]);
             bases.objects += now.objects.len() as u32;
             bases.materials += now.materials.len() as u32;
@@ -176,7 +176,7 @@ impl Gathered {
         self.objects.clear();
         self.lines.clear();
         for (i, now) in current.outputs.iter().enumerate() {
-            let before = previous.outputs.get(i).unwrap_or(now);
+            let before = previous.of_module(i);
             let matched = &self.matched[i];
             self.objects.extend(now.objects.iter().enumerate().map(|(i, object)| {
                 let current = relative(object.origin, lens);

@@ -10,11 +10,10 @@ use reef_streams::{Outputs, frame::Frame};
 pub struct Matched(Option<Vec<Option<usize>>>);
 
 impl Matched {
-    /// Of the objects of each module; of a module that was not there before, each at its own place in the
-    /// step that is there.
+    /// Of the objects of each module; those of a module that was not there before were nowhere.
     pub fn modules(previous: &Frame, current: &Frame) -> Vec<Self> {
         let modules = current.outputs.iter().enumerate();
-        modules.map(|(i, now)| Self::objects(previous.outputs.get(i).unwrap_or(now), now)).collect()
+        modules.map(|(i, now)| Self::objects(previous.of_module(i), now)).collect()
     }
 
     fn objects(before: &Outputs, now: &Outputs) -> Self {

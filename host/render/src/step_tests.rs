@@ -64,3 +64,29 @@ fn a_step_is_brought_once_however_many_pictures_show_it() {
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());
 }
+
+#[test]
+fn a_module_that_was_not_there_before_stands_where_it_is() {
+    let Some(gpu) = open() else { return };
+    let environment = sample::environment();
+    let mut studio = Studio::new(&gpu, (160, 90)).expect("a studio");
+    // What is new has fibres, and the module before it none.
+    let mut current = sea(2, 0.2);
+    current.outputs.reverse();
+    let mut previous = current.clone();
+    previous.outputs.truncate(1);
+    let camera = current.camera;
+    let mut picture = |previous: &Frame, quality: Quality| {
+        let shot = Shot { previous, current: &current, alpha: 0.3, camera, environment: &environment };
+        studio.shoot(&shot, &Settings::of(quality)).expect("a picture").rgba
+    };
+    for quality in [Quality::Low, Quality::High] {
+        let [new, old] = [&previous, &current].map(|previous| picture(previous, quality));
+        let off = new.iter().zip(&old).map(|(a, b)| a.abs_diff(*b)).max();
+        let many = new.iter().zip(&old).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+        println!("{quality:?}: {off:?}, {many}");
+        assert!(off <= Some(1), "{quality:?}: {off:?}");
+    }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}

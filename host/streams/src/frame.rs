@@ -1,6 +1,6 @@
 //! One step's result, whole and immutable: what the renderer, the recorder and the next step read.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use glam::{DVec3, Quat, Vec3};
 
@@ -39,4 +39,12 @@ pub struct Frame {
     /// The scene's flow primitives at that time, then what instances emitted, in the fixed order in which the
     /// next step sees them.
     pub flow: Arc<Vec<reef_abi::Flow>>,
+}
+
+impl Frame {
+    /// What the module at a place of the scene emitted; nothing, where it was not there yet.
+    pub fn of_module(&self, module: usize) -> &Outputs {
+        static NOTHING: LazyLock<Outputs> = LazyLock::new(Outputs::default);
+        self.outputs.get(module).map_or_else(|| &*NOTHING, AsRef::as_ref)
+    }
 }

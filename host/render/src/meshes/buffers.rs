@@ -1,9 +1,9 @@
 //! What the mesh passes write, and the draws read.
 
 use ash::vk;
-use reef_gpu::{Buffer, BufferDesc, Gpu, Memory, Result, TEXEL_BYTES};
+use reef_gpu::{Buffer, BufferDesc, Cmd, Data, Gpu, Memory, Pipeline, Result, TEXEL_BYTES};
 
-use super::records::{DrawCounts, GpuInstance, GpuPart, VERTEX_WORDS};
+use super::records::{DrawCounts, GpuInstance, GpuPart, VERTEX_WORDS, command};
 
 /// Indices of one picture at most.
 pub(super) const MOST_INDICES: u64 = 24_000_000;
@@ -59,6 +59,15 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
+    /// Draws what the scan put into a bin.
+    pub(super) fn draw_bin(&self, cmd: &mut Cmd<'_, '_>, pipeline: &Pipeline, bin: usize) -> Result<()> {
+        cmd.pipeline(pipeline)?;
+        cmd.vertices(0, &self.vertex)?;
+        cmd.indices(&self.index, vk::IndexType::UINT32)?;
+        let length = size_of::<vk::DrawIndexedIndirectCommand>() as u64;
+        cmd.draw_indexed_indirect(Data::Part(&self.draw, command(bin), length), 1)
+    }
+
     /// Whether there is room.
     pub(super) fn fit(&self, wanted: &Wanted) -> bool {
         let Wanted { instances, joints, vertices, indices } = self.room;

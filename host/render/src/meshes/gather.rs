@@ -1,8 +1,6 @@
 //! Two steps' meshes, made ready for the GPU: instances matched between the steps, those that let light
 //! through from far to near.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use reef_abi as abi;
 use reef_streams::{Outputs, frame::Frame, meshes::Mesh};
@@ -75,9 +73,8 @@ pub fn gather(
 ) -> Subject {
     let mut finds = Finds::default();
     let (mut objects, mut materials) = (0, 0);
-    let nothing = Arc::default();
     for (module, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
-        let before = previous.outputs.get(module).unwrap_or(&nothing);
+        let before = previous.of_module(module);
         let bases = [previous, current].map(|frame| steps::base(frame, module));
         let alpha = alpha.clamp(0.0, 1.0);
         let meshes = now.meshes.iter().filter_map(|mesh| Some((&**mesh, shelf.number(mesh)?))).collect();

@@ -29,7 +29,6 @@ pub mod stand;
 mod tests;
 pub mod twin;
 
-use ash::vk;
 use reef_gpu::{Access, Buffer, Cmd, Data, DepthLoad, Frame, Gpu, Load, Pipeline, Result, Upload};
 
 use self::{
@@ -39,7 +38,7 @@ use self::{
     library::Library,
     records::{
         BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_PIXEL, BIN_THIN, BIN_VEIL, DrawCounts, Drawn, GROUPS,
-        GpuPart, IndexPush, LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS, command,
+        GpuPart, IndexPush, LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS,
     },
     stand::{Canopy, Standing},
 };
@@ -308,17 +307,11 @@ impl Meshes {
         self.draw(frame, "meshes: draw", (view, materials, layers, targets), &draws.sides, |cmd, b| {
             if self.draws.chosen().quality == Quality::Low {
                 for (side, pipeline) in self.lit.iter().enumerate() {
-                    cmd.pipeline(pipeline)?;
-                    cmd.vertices(0, &b.vertex)?;
-                    cmd.indices(&b.index, vk::IndexType::UINT32)?;
-                    cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_LIT + side), 20), 1)?;
+                    b.draw_bin(cmd, pipeline, BIN_LIT + side)?;
                 }
             }
             for (side, pipeline) in draws.sides.iter().enumerate() {
-                cmd.pipeline(pipeline)?;
-                cmd.vertices(0, &b.vertex)?;
-                cmd.indices(&b.index, vk::IndexType::UINT32)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_PIXEL + side), 20), 1)?;
+                b.draw_bin(cmd, pipeline, BIN_PIXEL + side)?;
             }
             Ok(())
         })
@@ -338,15 +331,9 @@ impl Meshes {
         let by_pixels = std::slice::from_ref(&draws.thin);
         self.draw(frame, "meshes: thin", (view, materials, layers, targets), by_pixels, |cmd, b| {
             if self.draws.chosen().quality == Quality::Low {
-                cmd.pipeline(&self.lit_thin)?;
-                cmd.vertices(0, &b.vertex)?;
-                cmd.indices(&b.index, vk::IndexType::UINT32)?;
-                cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_LIT_THIN), 20), 1)?;
+                b.draw_bin(cmd, &self.lit_thin, BIN_LIT_THIN)?;
             }
-            cmd.pipeline(&draws.thin)?;
-            cmd.vertices(0, &b.vertex)?;
-            cmd.indices(&b.index, vk::IndexType::UINT32)?;
-            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(BIN_THIN), 20), 1)
+            b.draw_bin(cmd, &draws.thin, BIN_THIN)
         })
     }
 
@@ -366,10 +353,7 @@ impl Meshes {
         let (pipeline, bin) = if lit { (&self.lit_veil, BIN_LIT_VEIL) } else { (&draws.veil, BIN_VEIL) };
         let by_pixels = if lit { &[][..] } else { std::slice::from_ref(pipeline) };
         self.draw(frame, "meshes: veils", (view, materials, layers, targets), by_pixels, |cmd, b| {
-            cmd.pipeline(pipeline)?;
-            cmd.vertices(0, &b.vertex)?;
-            cmd.indices(&b.index, vk::IndexType::UINT32)?;
-            cmd.draw_indexed_indirect(Data::Part(&b.draw, command(bin), 20), 1)
+            b.draw_bin(cmd, pipeline, bin)
         })
     }
 

@@ -121,7 +121,7 @@ pub fn standing(
     let mut all = Vec::new();
     let mut objects = 0;
     for (number, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
-        let before = previous.outputs.get(number).unwrap_or(now);
+        let before = previous.of_module(number);
         let known: Vec<(u32, Form)> = now
             .meshes
             .iter()
