@@ -222,9 +222,6 @@ fn debug(subject: &Subject) -> Outcome {
     unchanged(subject, abi::STEP_DEBUG, "asked for debug lines")
 }
 
-/// Streams that are not for pictures.
-const FELT: [u32; 5] =
-    [abi::STREAM_OBJECT, abi::STREAM_FLOW, abi::STREAM_ACTOR, abi::STREAM_TRACE, abi::STREAM_DEBUG_LINE];
 /// Of so many steps the last is seen, and others of them are asked for traces and debug lines.
 const LOOKS: u64 = 10;
 const ASKS: u64 = 3;
@@ -247,7 +244,7 @@ fn unseen(subject: &Subject) -> Outcome {
         }
         for (stream, _, bytes) in seen.outputs().all_bytes() {
             let other = unseen.outputs().bytes(stream.number).map_or(&[][..], |(_, bytes)| bytes);
-            if FELT.contains(&stream.number)
+            if !stream.shows
                 && let Some(difference) = difference(bytes, other)
             {
                 let name = stream.name;

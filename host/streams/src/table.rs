@@ -17,6 +17,8 @@ pub struct Stream {
     pub limit: Option<u64>,
     /// The flag of a step (`abi::STEP_*`) that asks for it; 0: it is always wanted, and part of hashes.
     pub asked_by: u32,
+    /// Only pictures need it: it may stay out of a step that nobody looks at (`abi::STEP_UNSEEN`).
+    pub shows: bool,
 }
 
 impl Stream {
@@ -44,21 +46,24 @@ pub trait Visit {
 
 /// See [`Stream::asked_by`].
 const ALWAYS: u32 = 0;
+/// See [`Stream::shows`].
+const SHOWN: bool = true;
+const FELT: bool = false;
 /// How many streams the contract has.
 const COUNT: usize = abi::STREAM_COUNT as usize - 1;
 
 macro_rules! streams {
     (
-        taken { $($(#[$about:meta])* $field:ident: $element:ty, $name:literal, $limit:expr, $asked_by:expr;)+ }
+        taken { $($(#[$about:meta])* $field:ident: $element:ty, $name:literal, $limit:expr, $asked_by:expr, $shows:expr;)+ }
         declared { $($declared:ty, $declared_name:literal;)* }
     ) => {
         /// All streams of the contract, in the order of their numbers.
         pub static STREAMS: [Stream; COUNT] = sorted(&[
             $(Stream {
-                number: <$element>::STREAM, name: $name, limit: Some($limit), asked_by: $asked_by
+                number: <$element>::STREAM, name: $name, limit: Some($limit), asked_by: $asked_by, shows: $shows
             },)+
             $(Stream {
-                number: <$declared>::STREAM, name: $declared_name, limit: None, asked_by: ALWAYS
+                number: <$declared>::STREAM, name: $declared_name, limit: None, asked_by: ALWAYS, shows: false
             },)*
         ]);
 
@@ -110,34 +115,34 @@ macro_rules! streams {
 }
 
 streams! {
-    // Field, element, name, limit, when it is wanted.
+    // Field, element, name, limit, when it is wanted, what needs it.
     taken {
         /// Things in the sea: what all other elements belong to.
-        objects: abi::Object, "object", 1 << 20, ALWAYS;
+        objects: abi::Object, "object", 1 << 20, ALWAYS, FELT;
         /// How surfaces look.
-        materials: abi::Material, "material", 1 << 12, ALWAYS;
+        materials: abi::Material, "material", 1 << 12, ALWAYS, SHOWN;
         /// Node chains.
-        fibres: abi::Fibre, "fibre", 1 << 20, ALWAYS;
+        fibres: abi::Fibre, "fibre", 1 << 20, ALWAYS, SHOWN;
         /// Nodes of all chains, relative to their object's origin.
-        fibre_nodes: abi::FibreNode, "fibre node", 1 << 24, ALWAYS;
+        fibre_nodes: abi::FibreNode, "fibre node", 1 << 24, ALWAYS, SHOWN;
         /// Meshes that joints move.
-        skinned: abi::Skinned, "skinned", 1 << 20, ALWAYS;
+        skinned: abi::Skinned, "skinned", 1 << 20, ALWAYS, SHOWN;
         /// Joints of all of them, relative to their object's origin.
-        joints: abi::Joint, "joint", 1 << 24, ALWAYS;
+        joints: abi::Joint, "joint", 1 << 24, ALWAYS, SHOWN;
         /// Meshes whose vertices are made anew.
-        mesh_draws: abi::MeshDraw, "mesh draw", 1 << 12, ALWAYS;
+        mesh_draws: abi::MeshDraw, "mesh draw", 1 << 12, ALWAYS, SHOWN;
         /// Vertices of all of them, relative to their object's origin.
-        draw_vertices: abi::DrawVertex, "draw vertex", 1 << 23, ALWAYS;
+        draw_vertices: abi::DrawVertex, "draw vertex", 1 << 23, ALWAYS, SHOWN;
         /// Sprites, relative to their object's origin, in no order that means anything.
-        billboards: abi::Billboard, "billboard", 1 << 22, ALWAYS;
+        billboards: abi::Billboard, "billboard", 1 << 22, ALWAYS, SHOWN;
         /// What this instance does to the water: everything in the sea pays for it.
-        flows: abi::Flow, "flow", 1 << 14, ALWAYS;
+        flows: abi::Flow, "flow", 1 << 14, ALWAYS, FELT;
         /// What others may perceive.
-        actors: abi::Actor, "actor", 1 << 18, ALWAYS;
+        actors: abi::Actor, "actor", 1 << 18, ALWAYS, FELT;
         /// Drawn as they are.
-        debug_lines: abi::DebugLine, "debug line", 1 << 20, abi::STEP_DEBUG;
+        debug_lines: abi::DebugLine, "debug line", 1 << 20, abi::STEP_DEBUG, FELT;
         /// Only when asked for.
-        trace: abi::Trace, "trace", 1 << 24, abi::STEP_TRACE;
+        trace: abi::Trace, "trace", 1 << 24, abi::STEP_TRACE, FELT;
     }
     // The contract has them; this host does not take them yet.
     declared {}
