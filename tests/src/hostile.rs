@@ -90,13 +90,20 @@ pub fn meet_in(folder: &Path, cache: &Path, wish: &str, arguments: &[&str]) -> M
     Met { code: status.code(), text }
 }
 
-/// Five steps of a sea with the plugin, which strikes in the third.
+/// Steps that [`sim`] takes.
+pub const STEPS: u64 = 5;
+
+/// A sea with the plugin.
+pub fn scene() -> String {
+    source().join("hostile.toml").to_string_lossy().into_owned()
+}
+
+/// [`STEPS`] steps of a sea with the plugin, which strikes in the third.
 pub fn sim(wish: &str) -> Option<Met> {
     sim_with(wish, &[])
 }
 
 /// The same with more arguments.
 pub fn sim_with(wish: &str, arguments: &[&str]) -> Option<Met> {
-    let scene = source().join("hostile.toml");
-    meet(wish, &[&["sim", &scene.to_string_lossy(), "--steps", "5", "--hash"], arguments].concat())
+    meet(wish, &[&["sim", &scene(), "--steps", &STEPS.to_string(), "--hash"], arguments].concat())
 }

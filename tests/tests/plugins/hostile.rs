@@ -7,7 +7,7 @@ use std::fs;
 use object::{Object, ObjectSection};
 use reef_tests::{
     artifacts::{artifacts, workspace},
-    hostile::{Met, folder, meet, meet_in, sim, sim_with},
+    hostile::{Met, folder, meet, meet_in, scene, sim, sim_with},
 };
 
 /// The sum over all streams and states of the five steps, as it is without a fault; None: there is no
@@ -171,9 +171,7 @@ fn the_process_that_tries_builds_has_the_patience_of_the_command_line() {
     let met = list(&["plugin", "list"]);
     assert_eq!(met.code, Some(2), "{}", met.text);
     assert!(met.text.contains("that was seen before"), "{}", met.text);
-    let scene = workspace().join("tests/fixtures/hostile/hostile.toml");
-    let scene = scene.to_string_lossy();
-    let met = list(&["sim", &scene, "--steps", "1", "--patience", "10"]);
+    let met = list(&["sim", &scene(), "--steps", "1", "--patience", "10"]);
     assert_eq!(met.code, Some(0), "{}", met.text);
 }
 

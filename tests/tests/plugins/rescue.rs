@@ -3,13 +3,7 @@
 
 use std::fs;
 
-use reef_tests::{
-    artifacts::workspace,
-    hostile::{Met, meet, sim, sim_with},
-};
-
-/// Steps of [`sim`].
-const STEPS: u64 = 5;
+use reef_tests::hostile::{Met, STEPS, meet, scene, sim, sim_with};
 
 fn hash(met: &Met) -> Option<&str> {
     met.text.lines().find_map(|line| line.strip_prefix("hash "))
@@ -21,10 +15,6 @@ fn step_of(met: &Met, file: &str) -> Option<u64> {
     let (step, rest) = words.split_once(" is in ")?;
     rest.strip_prefix(file)?.strip_prefix(". ")?;
     step.parse().ok()
-}
-
-fn scene() -> String {
-    workspace().join("tests/fixtures/hostile/hostile.toml").to_string_lossy().into_owned()
 }
 
 #[test]

@@ -266,9 +266,7 @@ impl World {
     pub(crate) fn remember(&mut self) {
         let step = self.clock.step;
         self.history.reached = self.history.reached.max(step);
-        let running = |member: &super::member::Member| {
-            !member.unsavable && !member.standing && *member.instance.health() == Health::Running
-        };
+        let running = |member: &super::member::Member| member.is_savable() && !member.standing;
         if !self.history.wants(step) || !self.members.iter().all(running) {
             return;
         }
@@ -284,12 +282,7 @@ impl World {
         for (at, saved) in saved.into_iter().enumerate() {
             match saved {
                 Ok(state) => states.push(state),
-                // Whoever saves the module for others to take over tells why; it is not asked again.
-                Err(error) => {
-                    let name = self.members[at].name.clone();
-                    self.members[at].unsavable = true;
-                    return self.tell(&name, format!("it does not give its state: {error}"));
-                }
+                Err(error) => return self.note_unsaved(at, &error),
             }
         }
         let said: Vec<Said> = self.exchange.said.iter().map(kept).collect();

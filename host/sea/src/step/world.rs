@@ -405,7 +405,7 @@ impl World {
     }
 
     /// A module did not give its state when it was asked: it is not asked again.
-    fn note_unsaved(&mut self, at: usize, error: &PluginError) {
+    pub(crate) fn note_unsaved(&mut self, at: usize, error: &PluginError) {
         let member = &mut self.members[at];
         if error.is_fatal() {
             member.instance.condemn(error.to_string());
