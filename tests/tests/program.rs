@@ -276,5 +276,13 @@ fn drivers_that_the_environment_hides_are_named_before_installing() {
         assert_eq!(output.status.code(), Some(3), "{told}");
         assert!(told.contains("VK_DRIVER_FILES is set") && told.contains(fault), "{told}");
         assert!(!told.contains("install"), "{told}");
+        // So does the doctor, who names the packages of other things that are missing.
+        let mut command = crate::command(&["doctor", "--json"]);
+        let output =
+            command.env_remove("VK_ICD_FILENAMES").env("VK_DRIVER_FILES", path).output().expect("it runs");
+        let told = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(3), "{told}");
+        assert!(told.contains("VK_DRIVER_FILES is set") && told.contains(fault), "{told}");
+        assert!(!told.contains("mesa-vulkan-drivers"), "{told}");
     }
 }

@@ -308,11 +308,46 @@ fn a_signal_leaves_nothing_half_done_behind() {
 }
 
 #[test]
+fn a_signal_keeps_the_frames_that_are_whole_and_no_half_film() {
+    let place = place();
+    let out = place.path().join("pictures");
+    fs::write(place.path().join("old.mp4"), "old").unwrap();
+    for (to, kept) in [(out.clone(), true), (place.path().join("old.mp4"), false)] {
+        let mut command = render(place.path(), &to);
+        command.args(["--frames", "1000000"]);
+        let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let end = Instant::now() + Duration::from_secs(60);
+        let first = |entry: fs::DirEntry| {
+            let path = entry.path();
+            path.to_string_lossy().ends_with(".part") && (!kept || path.join("frame-000002.png").exists())
+        };
+        while !fs::read_dir(place.path()).unwrap().flatten().any(first) {
+            assert!(Instant::now() < end, "the first frames are drawn");
+            thread::sleep(Duration::from_millis(5));
+        }
+        // SAFETY: the child was not waited for.
+        unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
+        let output = child::wait(child, Duration::from_secs(30), "a rendering that a signal ends");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.signal(), Some(libc::SIGTERM), "{said}");
+        assert!(said.contains(if kept { "of 1000000 frames" } else { "is not written" }), "{said}");
+    }
+    let frames = names(&out);
+    assert!(frames.len() >= 2 && frames.len() < 1_000_000, "{frames:?}");
+    for frame in &frames {
+        assert!(reef_render::pictures::read_png(&out.join(frame)).is_ok(), "{frame} is whole");
+    }
+    assert_eq!(names(place.path()), ["old.mp4", "pictures", "sea.toml"]);
+    assert_eq!(fs::read(place.path().join("old.mp4")).unwrap(), b"old");
+}
+
+#[test]
 fn a_signal_leaves_no_part_of_a_film_that_its_encoder_begins_late() {
     let place = place();
-    // Nobody reads its complaints by then: one would end the shell by SIGPIPE.
+    // A part of it outlives the shell that was started. Nobody reads its complaints by then.
     let folder = fake(
-        "touch \"$0.begun\"\ncat > /dev/null\n{ echo late > \"$last\"; } 2> /dev/null\ntouch \"$0.ended\"",
+        "exec 3<&0\ntouch \"$0.begun\"\n\
+         { cat <&3 > /dev/null; { echo late > \"$last\"; } 2> /dev/null; touch \"$0.ended\"; } &\nwait",
     );
     let paths = [folder.path().to_owned(), "/usr/bin".into(), "/bin".into()];
     let mut child = render(place.path(), &place.path().join("film.mp4"))

@@ -23,14 +23,22 @@ fn variable(name: &str) -> Option<OsString> {
 
 /// The loader knows no driver.
 pub(crate) fn no_driver() -> GpuError {
-    let hidden = hidden(&variable, &[DRIVERS.as_slice(), &FILTERS].concat());
-    GpuError::NoDriver { help: hidden.unwrap_or_else(|| packages::advice(&["run"])) }
+    GpuError::NoDriver { help: hidden_drivers().unwrap_or_else(|| packages::advice(&["run"])) }
 }
 
 /// The loader knows no validation layer.
 pub(crate) fn no_layer() -> GpuError {
-    let hidden = hidden(&variable, &LAYERS);
-    GpuError::NoLayer { help: hidden.unwrap_or_else(|| packages::advice(&["validate"])) }
+    GpuError::NoLayer { help: hidden_layers().unwrap_or_else(|| packages::advice(&["validate"])) }
+}
+
+/// What of the environment can hide the drivers that are installed, a line each; None: nothing of it is set.
+pub fn hidden_drivers() -> Option<String> {
+    hidden(&variable, &[DRIVERS.as_slice(), &FILTERS].concat())
+}
+
+/// What of the environment can hide the layers that are installed, a line each; None: nothing of it is set.
+pub fn hidden_layers() -> Option<String> {
+    hidden(&variable, &LAYERS)
 }
 
 /// Does the environment name a driver's description that is none? The loader then gives all kinds of results.

@@ -11,7 +11,7 @@
 //! closed is reported as leaked, to the [`Canary`] like every message of the validation layers.
 
 pub mod access;
-mod advice;
+pub mod advice;
 pub mod barriers;
 mod buffer;
 mod canary;

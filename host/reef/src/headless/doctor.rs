@@ -1,7 +1,9 @@
 //! `reef doctor`: devices, drivers, layers, what is missing and the command that installs it.
 
 use reef_command::Common;
-use reef_gpu::{DeviceInfo, Gpu, GpuOptions, Layer, Validation, inspect_machine, packages, self_test};
+use reef_gpu::{
+    DeviceInfo, Gpu, GpuOptions, Layer, Validation, advice, inspect_machine, packages, self_test,
+};
 use reef_report::{
     failure::{Failure, Outcome},
     say::say,
@@ -23,7 +25,8 @@ struct Finding {
     found: bool,
     /// What was found, or what is wrong.
     detail: String,
-    /// How to get it; empty where it is there.
+    /// What to do about it, a line each: what of the environment hides it, else the commands that install it;
+    /// empty where it is there.
     install: Vec<String>,
 }
 
@@ -62,7 +65,17 @@ fn examine(common: &Common) -> Diagnosis {
             Ok(detail) => (true, detail),
             Err(detail) => (false, detail),
         };
-        let install = if found || group.is_empty() { Vec::new() } else { packages::commands(&[group]) };
+        // What the environment hides is not mended by installing it once more.
+        let hidden = match what {
+            "Vulkan device" => advice::hidden_drivers(),
+            "validation layer" => advice::hidden_layers(),
+            _ => None,
+        };
+        let install = match hidden {
+            _ if found || group.is_empty() => Vec::new(),
+            Some(hidden) => hidden.lines().map(str::to_owned).collect(),
+            None => packages::commands(&[group]),
+        };
         findings.push(Finding { what, needed, found, detail, install });
         found
     };

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, time::Instant};
 
 use reef_command::{Common, open};
+use reef_files::InOrder;
 use reef_gpu::{Gpu, GpuOptions, Validation};
 use reef_render::{Quality, Settings, Studio};
 use reef_report::{
@@ -70,20 +71,26 @@ pub fn moment(text: &str) -> Result<f64, String> {
 
 /// Renders the frames.
 pub fn run(common: &Common, args: &Args) -> Outcome {
+    let in_order = reef_files::in_order();
     let size = args.size.unwrap_or(SIZE);
     // The place of the result is looked at first: nobody should wait for pictures that cannot be kept.
     let mut sink = Sink::open(&args.out, size, args.fps)?;
     let world = open::world(common, &args.scene, reef_sea::Options::default())?;
     let options = GpuOptions::from_environment(common.device.clone(), Validation::Off);
     let gpu = Gpu::open(&options)?;
-    let outcome = frames(common, args, size, Show::new(world), &gpu, &mut sink);
+    let outcome = frames(common, args, size, Show::new(world), &gpu, &mut sink, &in_order);
     gpu.close();
-    let milliseconds = outcome?;
+    let Drawn { frames, milliseconds } = match (outcome, in_order.asked()) {
+        (Ok(drawn), _) if drawn.frames == args.frames => drawn,
+        // A terminal's signal reaches the encoder, too: what it then says is no fault of its own.
+        (outcome, Some(signal)) => return cut_short(args, outcome.ok(), sink, signal),
+        (outcome, None) => outcome?,
+    };
     sink.finish()?;
     if common.json {
         say(json!({
             "out": shown(&args.out),
-            "frames": args.frames,
+            "frames": frames,
             "width": size.0,
             "height": size.1,
             "milliseconds_per_frame": milliseconds,
@@ -92,7 +99,7 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         say(format_args!(
             "{}: {} of {}x{}, {milliseconds:.1} ms each",
             args.out.display(),
-            if args.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", args.frames) },
+            if frames == 1 { "1 frame".to_owned() } else { format!("{frames} frames") },
             size.0,
             size.1,
         ));
@@ -100,7 +107,27 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
     Ok(())
 }
 
-/// Renders all frames into the sink; returns the mean time of a frame [ms].
+/// What was drawn.
+struct Drawn {
+    frames: u64,
+    /// Mean time of a frame [ms].
+    milliseconds: f64,
+}
+
+/// Keeps what is whole after a signal: the frames of a folder. Half a film is none, and a single picture is the
+/// last one.
+fn cut_short(args: &Args, drawn: Option<Drawn>, sink: Sink, signal: &str) -> Outcome {
+    let frames = drawn.map_or(0, |drawn| drawn.frames);
+    if frames > 0 && matches!(sink, Sink::Folder { .. }) {
+        sink.finish()?;
+        tracing::warn!("ended by {signal}: {} has {frames} of {} frames", args.out.display(), args.frames);
+    } else {
+        tracing::warn!("ended by {signal}: {} is not written", args.out.display());
+    }
+    Ok(())
+}
+
+/// Renders all frames into the sink, or as many as there is time for before a signal.
 fn frames(
     common: &Common,
     args: &Args,
@@ -108,24 +135,31 @@ fn frames(
     mut show: Show,
     gpu: &Gpu,
     sink: &mut Sink,
-) -> Result<f64, Failure> {
+    in_order: &InOrder,
+) -> Result<Drawn, Failure> {
     let mut studio = Studio::new(gpu, size)?;
     let settings =
         Settings { detail: Settings::of(args.quality).detail, quality: args.quality, ..show.settings() };
+    let going_on = || in_order.asked().is_none();
     let bar = say::progress(show.steps_to(args.from), "steps", !common.json);
-    show.go_to_with(args.from, || bar.inc(1));
+    show.go_to_while(args.from, || {
+        bar.inc(1);
+        going_on()
+    });
     bar.finish_and_clear();
     let bar = say::progress(args.frames, "frames", !common.json);
     let began = Instant::now();
-    for n in 0..args.frames {
-        show.go_to(args.from + n as f64 / args.fps);
-        if n + 1 == args.frames || sink.wants_all() {
+    let mut drawn = 0;
+    while drawn < args.frames && going_on() {
+        show.go_to(args.from + drawn as f64 / args.fps);
+        drawn += 1;
+        if drawn == args.frames || sink.wants_all() {
             sink.take(studio.shoot(&show.shot(), &settings)?)?;
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(began.elapsed().as_secs_f64() * 1e3 / args.frames as f64)
+    Ok(Drawn { frames: drawn, milliseconds: began.elapsed().as_secs_f64() * 1e3 / drawn.max(1) as f64 })
 }
 
 #[cfg(test)]

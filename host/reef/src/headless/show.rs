@@ -35,11 +35,11 @@ impl Show {
 
     /// Steps the world until the moment [s] lies between its last two steps. Time does not run backward.
     pub fn go_to(&mut self, time: f64) {
-        self.go_to_with(time, || {});
+        self.go_to_while(time, || true);
     }
 
-    /// The same, with a call after each step.
-    pub fn go_to_with(&mut self, time: f64, mut made: impl FnMut()) {
+    /// The same, with a call after each step that says whether to go on.
+    pub fn go_to_while(&mut self, time: f64, mut go_on: impl FnMut() -> bool) {
         let dt = self.world.clock().dt;
         let mut at = (time / dt).max(0.0);
         // Frames at the rate of the steps fall on them, whatever the rounding of their division.
@@ -49,7 +49,9 @@ impl Show {
         while (self.current.step as f64) < at {
             self.world.step();
             self.previous = std::mem::replace(&mut self.current, self.world.frame().clone());
-            made();
+            if !go_on() {
+                break;
+            }
         }
         let since = at - (self.current.step as f64 - 1.0);
         self.alpha = if self.current.step == 0 { 1.0 } else { since.clamp(0.0, 1.0) as f32 };
