@@ -5,7 +5,8 @@ use reef_anemone_model::Anemones;
 use reef_particles_model::Particles;
 use reef_plugin::{PluginInfo, Registry};
 use reef_sea::scene::{
-    check::{Bounds, Terms, check, resolve},
+    bounds::Bounds,
+    check::{Terms, check, resolve},
     document::{Entry, Node, Path, Value},
     format, params,
     scale::{Defaults, in_metres},

@@ -30,7 +30,7 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
-use reef_sea::scene::check::{did_you_mean, nearest};
+use reef_sea::scene::words::{did_you_mean, nearest};
 use report::Report;
 use serde_json::json;
 

@@ -47,7 +47,7 @@ use reef_report::{
     failure::{Failure, Outcome},
     say::say,
 };
-use reef_sea::scene::check::nearest;
+use reef_sea::scene::words::nearest;
 
 use self::{judge::Judgement, process::Conduct, table::Check, verdict::Verdict};
 

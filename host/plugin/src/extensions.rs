@@ -6,8 +6,8 @@ use std::{ffi::c_void, ptr, sync::LazyLock};
 use reef_abi as abi;
 
 use super::{
-    instance::LARGEST_STATE,
     meshes::MOST_MESHES,
+    saved::LARGEST_STATE,
     scratch,
     streams::{STREAMS, Stream},
     textures::MOST_TEXTURES,

@@ -45,6 +45,7 @@ mod pool;
 pub mod probe;
 mod recorder;
 pub mod registry;
+mod saved;
 mod scratch;
 mod services;
 mod tag;

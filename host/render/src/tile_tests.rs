@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use reef_sea::{scene::format::TerrainTable, step::terrain};
+use reef_sea::{scene::terrain_tables::TerrainTable, step::terrain};
 use reef_streams::{
     Outputs,
     environment::{Environment, Terrain},

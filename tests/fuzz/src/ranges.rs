@@ -1,7 +1,7 @@
 //! Every number of the schemas at the ends of its range and between them, alone and in pairs.
 
 use reef_flow::random::Random;
-use reef_sea::scene::check::{Bounds, deref};
+use reef_sea::scene::{bounds::Bounds, check::deref};
 use serde_json::{Map, Value as Json, json};
 
 use crate::{

@@ -9,11 +9,12 @@ use super::super::{
     assets::Assets,
     error::PluginError,
     input::StepInput,
-    instance::{Instance, NO_INSTANCE, Pointer, Sink, Source, StepReport, expect, generation, read, write},
+    instance::{Instance, NO_INSTANCE, Pointer, StepReport, generation},
     library::Plugin,
     names::status_name,
     recorder,
     retained::Refused,
+    saved::{Sink, Source, expect, read, write},
     services::Services,
     tag::Tag,
 };

@@ -7,10 +7,12 @@
 //! file counts in ([`mod@scale`]).
 
 pub mod assets;
+pub mod bounds;
 pub mod catalogue;
 pub mod check;
 pub mod document;
 pub mod error;
+pub mod flow_tables;
 pub mod format;
 pub mod keyed;
 mod param;
@@ -19,9 +21,11 @@ pub mod reference;
 pub mod scale;
 pub mod schema;
 pub mod species;
+pub mod terrain_tables;
 pub mod unit;
 pub mod wave_tables;
 pub mod whole;
+pub mod words;
 
 use std::{
     collections::BTreeMap,
@@ -32,13 +36,14 @@ use reef_plugin::{ParamInfo, PluginInfo};
 use serde_json::{Map, Value as Json, json};
 
 use self::{
-    check::{Terms, check, did_you_mean, nearest},
+    check::{Terms, check},
     document::{Node, Path, Value},
     error::{Fault, SceneError, Source},
     format::SceneFile,
     param::Param,
     scale::{Defaults, in_metres},
     species::{Library, Mention, Species, check_species},
+    words::{did_you_mean, nearest},
 };
 
 /// Where the loader learns about plugins.

@@ -3,7 +3,7 @@
 use reef_plugin::{ParamInfo, ParamKind};
 
 use super::{
-    check::Bounds,
+    bounds::Bounds,
     document::{Node, Value},
     unit::{Unit, suffix, to_metres},
 };

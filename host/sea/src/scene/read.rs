@@ -9,9 +9,9 @@ use reef_files::bounded;
 use toml::de::DeTable;
 
 use super::{
-    check::{did_you_mean, nearest},
     document::{self, Node},
     error::{Fault, SceneError, Source},
+    words::{did_you_mean, nearest},
 };
 
 /// Largest scene or species file that is read.

@@ -6,8 +6,10 @@ use reef_plugin::PluginInfo;
 use serde_json::{Map, Value as Json};
 
 use super::{
-    check::{Bounds, deref, describe, tag_of},
+    bounds::Bounds,
+    check::{deref, tag_of},
     format, schema, species_schema,
+    words::describe,
 };
 
 /// The complete scene of the introduction; a test loads and steps it.

@@ -5,7 +5,8 @@
 use serde_json::{Map, Number, Value as Json};
 
 use super::{
-    check::{Bounds, resolve},
+    bounds::Bounds,
+    check::resolve,
     unit::{Unit, to_metres},
 };
 

@@ -9,11 +9,12 @@ use std::path::{Path as FilePath, PathBuf};
 use serde_json::{Map, Value as Json};
 
 use super::{
-    check::{Terms, check, did_you_mean, nearest},
+    check::{Terms, check},
     document::{Node, Path, Span, Value},
     error::{Fault, SceneError, Source},
     read,
     scale::{Defaults, in_metres},
+    words::{did_you_mean, nearest},
 };
 
 /// Most species that one builds on another.

@@ -6,11 +6,12 @@ use reef_flow::{
 };
 
 use super::{
-    check::{did_you_mean, nearest},
     document::{Node, Path},
     error::Fault,
-    format::{FlowTable, MOST_HEIGHTS, MOST_MODULES, MOST_ROCKS, MOST_WAVES, SceneFile},
+    flow_tables::FlowTable,
+    format::{MOST_HEIGHTS, MOST_MODULES, MOST_ROCKS, MOST_WAVES, SceneFile},
     keyed::Keyed,
+    words::{did_you_mean, nearest},
 };
 
 /// A random sea's significant height over the water's depth where its waves break (Thornton & Guza 1982).

@@ -6,7 +6,7 @@ use reef_abi as abi;
 use reef_streams::environment::{Ripples, Rock, Terrain};
 
 use super::random::Random;
-use crate::scene::format::{RockTable, TerrainTable};
+use crate::scene::terrain_tables::{RockTable, TerrainTable};
 
 /// Tries for each rock before it is left out: a full bed takes a while to be recognised.
 const TRIES: u32 = 24;
@@ -144,7 +144,7 @@ pub fn capsule(rock: &Rock, number: usize) -> abi::Obstacle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::format::RocksTable;
+    use crate::scene::terrain_tables::RocksTable;
 
     fn bed() -> TerrainTable {
         let rocks = RocksTable { count: 120, size: [0.1, 0.4], ..RocksTable::default() };

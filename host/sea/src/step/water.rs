@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{
     Scene,
-    format::{AttachTable, FlowTable, ObstacleTable},
+    flow_tables::{AttachTable, FlowTable},
+    format::ObstacleTable,
     keyed::Keyed,
 };
 

@@ -5,34 +5,38 @@ use std::{
     ffi::{c_char, c_void},
     slice,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, RwLock,
+        Arc, Mutex, PoisonError, RwLock,
         atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, AtomicUsize, Ordering},
     },
 };
 
 use reef_abi as abi;
-use reef_flow::{Field, Level, Packed, sample};
+use reef_flow::{Field, Packed};
 
-use super::{
+use self::{
+    flow::sample_flow,
+    made::{list, lock, mesh_create, mesh_destroy, texture_create, texture_destroy},
+};
+use crate::{
     assets::{self, Asset, Assets, Unread},
     extensions,
     generation::Generation,
     guard::{self, Fate},
     input::StepInput,
     marker::{self, Place},
-    meshes::{self, MeshList, Meshes},
+    meshes::{MeshList, Meshes},
     pool::{self, Pool},
-    retained::{self, Refused, Retained, Store},
+    retained::Refused,
     scratch::{LIMIT, Scratch},
     tag::{self, Tag, Tagged},
-    textures::{TextureList, Textures, Wanted},
+    textures::{TextureList, Textures},
 };
+
+mod flow;
+mod made;
 
 /// Longest message that is kept [bytes].
 const LONGEST_TEXT: u64 = 1 << 14;
-
-/// Most bytes of a texture's name that are read.
-const LONGEST_NAME: usize = 1 << 10;
 
 /// Most lines that one instance may write to the log: one that writes in every step must not drown the
 /// others.
@@ -211,17 +215,17 @@ impl Services {
     }
 
     /// What was refused of the instance's meshes so far.
-    pub(super) fn refused_meshes(&self) -> Refused {
+    pub(crate) fn refused_meshes(&self) -> Refused {
         self.made.as_ref().map_or_else(Refused::default, |made| lock(&made.meshes).refused.clone())
     }
 
     /// What was refused of the instance's textures so far.
-    pub(super) fn refused_textures(&self) -> Refused {
+    pub(crate) fn refused_textures(&self) -> Refused {
         self.made.as_ref().map_or_else(Refused::default, |made| lock(&made.textures).refused.clone())
     }
 
     /// Did the step write behind what it was lent?
-    pub(super) fn scratch_is_whole(&self) -> Result<(), String> {
+    pub(crate) fn scratch_is_whole(&self) -> Result<(), String> {
         let scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         match scratch.overrun() {
             None => Ok(()),
@@ -230,7 +234,7 @@ impl Services {
     }
 
     /// Between two steps: scratch memory holds nonsense.
-    pub(super) fn soil(&self) {
+    pub(crate) fn soil(&self) {
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).soil();
     }
 
@@ -249,112 +253,9 @@ impl Services {
         });
     }
 
-    /// Why something was refused, which is remembered where it is the plugin's fault.
-    fn refuse<T>(&self, store: Option<&Mutex<Store<T>>>, call: &str, status: i32, reason: &str) -> i32 {
-        if let (abi::BAD_INPUT, Some(store)) = (status, store) {
-            lock(store).refused.unfit.get_or_insert_with(|| reason.to_owned());
-        }
-        self.fail(status, format!("{call}: {reason}"))
-    }
-
-    /// Whether an instance may make or destroy something in this call.
-    fn may_make<'a, T>(
-        &'a self,
-        store: Option<&'a Mutex<Store<T>>>,
-    ) -> Result<&'a Mutex<Store<T>>, &'static str> {
-        let store = store.ok_or("it belongs to an instance: not in open()")?;
-        if !self.on_a_thread_of_ours() || marker::current_job().is_some() {
-            return Err("only on the control thread, and not in a job");
-        }
-        Ok(store)
-    }
-
-    /// Forgets something that an instance made.
-    fn destroy<T: Retained>(&self, store: Option<&Mutex<Store<T>>>, call: &str, id: u32) -> i32 {
-        let store = match self.may_make(store) {
-            Ok(store) => store,
-            Err(reason) => return self.fail(abi::BAD_INPUT, format!("{call}: {reason}")),
-        };
-        guard::require_stack();
-        marker::in_service(self.fate.generation(), || {
-            let removed = lock(store).remove(id);
-            match removed {
-                Ok(()) => abi::OK,
-                Err(reason) => self.fail(abi::BAD_INPUT, format!("{call}: {reason}")),
-            }
-        })
-    }
-
     fn on_a_thread_of_ours(&self) -> bool {
         marker::place() == Place::Plugin(self.fate.generation())
     }
-
-    fn sample(&self, query: &abi::FlowQuery) -> i32 {
-        let count = query.count as usize;
-        if count == 0 {
-            return abi::OK;
-        }
-        let inputs = [query.x, query.y, query.z];
-        let outputs = [query.vx, query.vy, query.vz];
-        let unusable = inputs.iter().any(|p| p.is_null() || !p.is_aligned())
-            || outputs.iter().any(|p| p.is_null() || !p.is_aligned())
-            || !query.owners.is_aligned();
-        if unusable {
-            return self.fail(abi::BAD_INPUT, "sample_flow: a pointer is NULL or misaligned".into());
-        }
-        if !query.origin.iter().all(|v| v.is_finite()) {
-            return self.fail(abi::BAD_INPUT, "sample_flow: the origin is not finite".into());
-        }
-        let worker = marker::current_job().unwrap_or(0) as usize;
-        let Some(packed) = self.packed.get(worker) else {
-            return self.fail(abi::BAD_INPUT, "sample_flow: not on a thread of the host".into());
-        };
-        {
-            let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
-            if !stepped.ready {
-                drop(stepped);
-                self.prepare_field();
-            }
-        }
-        let stepped = self.field.read().unwrap_or_else(PoisonError::into_inner);
-        let mut packed = packed.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: seven arrays of `count` elements, as the contract says; they are the caller's and live
-        // during the call. The outputs are checked to be non-NULL and aligned; that they do not overlap is
-        // the contract's word.
-        let (points, out, owner) = unsafe {
-            let [x, y, z] = inputs.map(|p| slice::from_raw_parts(p, count));
-            let [vx, vy, vz] = outputs.map(|p| slice::from_raw_parts_mut(p, count));
-            let owner = if query.owners.is_null() {
-                sample::Owner::One(query.owner)
-            } else {
-                sample::Owner::Each(slice::from_raw_parts(query.owners, count))
-            };
-            (sample::Points { x, y, z }, sample::Velocities { x: vx, y: vy, z: vz }, owner)
-        };
-        let level = Level::at_most(self.simd_level.load(Ordering::Relaxed));
-        sample::sample_field(level, &stepped.field, &mut packed, query.origin, owner, points, out);
-        abi::OK
-    }
-
-    fn prepare_field(&self) {
-        let mut stepped = self.field.write().unwrap_or_else(PoisonError::into_inner);
-        if !stepped.ready {
-            let (flow, count) = (self.flow.load(Ordering::Relaxed), self.flow_count.load(Ordering::Relaxed));
-            // SAFETY: `begin_step` took both from one slice, which lives until `end_step`; a slice's pointer
-            // is never NULL, and the empty case does not read it.
-            let flow = if count == 0 { &[] } else { unsafe { slice::from_raw_parts(flow, count) } };
-            stepped.field.refill(flow);
-            stepped.ready = true;
-        }
-    }
-}
-
-fn lock<T>(store: &Mutex<T>) -> MutexGuard<'_, T> {
-    store.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn list<T: Retained>(store: &Mutex<Store<T>>) -> retained::List<T> {
-    lock(store).list().clone()
 }
 
 /// The services behind a context; None for NULL.
@@ -582,196 +483,4 @@ unsafe extern "C" fn get_extension(ctx: *mut c_void, id: *const c_char) -> *cons
         // SAFETY: touched above.
         extensions::find(unsafe { slice::from_raw_parts(id.cast::<u8>(), length) })
     })
-}
-
-unsafe extern "C" fn sample_flow(ctx: *mut c_void, query: *const abi::FlowQuery) -> i32 {
-    // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx, "sample_flow") }) else { return abi::BAD_INPUT };
-    if query.is_null() || !query.is_aligned() {
-        return services.fail(abi::BAD_INPUT, "sample_flow: the query is NULL or misaligned".into());
-    }
-    if !services.on_a_thread_of_ours() || !services.in_step.load(Ordering::Acquire) {
-        return services.fail(abi::BAD_INPUT, "sample_flow: only in a step".into());
-    }
-    guard::require_stack();
-    // SAFETY: checked above; the query lives during the call.
-    let query = unsafe { *query };
-    if query.spare != 0 {
-        return services.fail(abi::BAD_INPUT, "sample_flow: the query's spare is not zero".into());
-    }
-    let length = query.count as usize * size_of::<f32>();
-    [query.x, query.y, query.z].iter().for_each(|points| guard::probe_read(points.cast(), length));
-    [query.vx, query.vy, query.vz].iter().for_each(|out| guard::probe_write(out.cast(), length));
-    if !query.owners.is_null() {
-        guard::probe_read(query.owners.cast(), query.count as usize * size_of::<u64>());
-    }
-    marker::in_service(services.fate.generation(), || services.sample(&query))
-}
-
-/// Looks at a mesh that a plugin wants, touches all that it points to, and takes it over.
-unsafe extern "C" fn mesh_create(ctx: *mut c_void, mesh: *const abi::Mesh, out: *mut u32) -> i32 {
-    // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx, "mesh_create") }) else { return abi::BAD_INPUT };
-    let store = services.made.as_ref().map(|made| &made.meshes);
-    let refuse = |status: i32, reason: &str| services.refuse(store, "mesh_create", status, reason);
-    if mesh.is_null() || !mesh.is_aligned() || out.is_null() || !out.is_aligned() {
-        return refuse(abi::BAD_INPUT, "the mesh or its id's place is NULL or misaligned");
-    }
-    let meshes = match services.may_make(store) {
-        Ok(meshes) => meshes,
-        Err(reason) => return refuse(abi::BAD_INPUT, reason),
-    };
-    guard::require_stack();
-    // SAFETY: checked above; it lives during the call.
-    let mesh = unsafe { *mesh };
-    // SAFETY: a plugin's word; if it lied, the guard around its call takes the fault.
-    let name = unsafe { short_name(mesh.name) };
-    let unfit = |reason: &str| refuse(abi::BAD_INPUT, &format!("`{name}`: {reason}"));
-    let sizes = meshes::Sizes {
-        vertices: mesh.vertex_count,
-        indices: mesh.index_count,
-        levels: mesh.level_count,
-        joints: mesh.joint_count,
-        influences: mesh.influences,
-    };
-    if let Err(reason) = sizes.check() {
-        return unfit(&reason);
-    }
-    if mesh.spare != [0; 2] {
-        return unfit("spare is not zero");
-    }
-    if let unknown @ 1.. = mesh.flags & !meshes::FLAGS {
-        return refuse(abi::UNSUPPORTED, &format!("`{name}`: its flags {unknown:#x} are not known here"));
-    }
-    let bones = mesh.vertex_count as usize * mesh.influences as usize;
-    // SAFETY: the contract's arrays of as many elements; each is touched before it becomes a slice.
-    let arrays = unsafe {
-        array(mesh.vertices, mesh.vertex_count as usize, "vertices").and_then(|vertices| {
-            Ok(meshes::Wanted {
-                name: &name,
-                vertices,
-                indices: array(mesh.indices, mesh.index_count as usize, "indices")?,
-                levels: array(mesh.levels, mesh.level_count as usize, "levels")?,
-                rest: array(mesh.rest, mesh.joint_count as usize, "rest")?,
-                influences: mesh.influences,
-                joints: array(mesh.joints, bones, "joints")?,
-                weights: array(mesh.weights, bones, "weights")?,
-                flags: mesh.flags,
-            })
-        })
-    };
-    let wanted = match arrays {
-        Ok(wanted) => wanted,
-        Err(reason) => return unfit(&reason),
-    };
-    guard::probe_write(out.cast(), size_of::<u32>());
-    marker::in_service(services.fate.generation(), || {
-        let made = lock(meshes).add(wanted);
-        match made {
-            Ok(Ok(id)) => {
-                // SAFETY: checked and touched above.
-                unsafe { out.write(id) };
-                abi::OK
-            }
-            Ok(Err(reason)) => refuse(abi::NO_SPACE, &reason),
-            Err(reason) => unfit(&reason),
-        }
-    })
-}
-
-/// A plugin's array, touched from end to end; empty where it has no elements.
-///
-/// # Safety
-/// A pointer that is neither NULL nor misaligned is the contract's, to `count` elements that live for `'a`.
-unsafe fn array<'a, T: bytemuck::Pod>(
-    pointer: *const T,
-    count: usize,
-    what: &str,
-) -> Result<&'a [T], String> {
-    match count {
-        0 => Ok(&[]),
-        _ if pointer.is_null() || !pointer.is_aligned() => Err(format!("{what} are NULL or misaligned")),
-        _ => {
-            guard::probe_read(pointer.cast(), count * size_of::<T>());
-            // SAFETY: the caller's promise.
-            Ok(unsafe { slice::from_raw_parts(pointer, count) })
-        }
-    }
-}
-
-unsafe extern "C" fn mesh_destroy(ctx: *mut c_void, id: u32) -> i32 {
-    // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx, "mesh_destroy") }) else { return abi::BAD_INPUT };
-    services.destroy(services.made.as_ref().map(|made| &made.meshes), "mesh_destroy", id)
-}
-
-/// Looks at a texture that a plugin wants, touches all that it points to, and takes it over.
-unsafe extern "C" fn texture_create(ctx: *mut c_void, texture: *const abi::Texture, out: *mut u32) -> i32 {
-    // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx, "texture_create") }) else { return abi::BAD_INPUT };
-    let store = services.made.as_ref().map(|made| &made.textures);
-    let refuse = |status: i32, reason: &str| services.refuse(store, "texture_create", status, reason);
-    if texture.is_null() || !texture.is_aligned() || out.is_null() || !out.is_aligned() {
-        return refuse(abi::BAD_INPUT, "the texture or its id's place is NULL or misaligned");
-    }
-    let textures = match services.may_make(store) {
-        Ok(textures) => textures,
-        Err(reason) => return refuse(abi::BAD_INPUT, reason),
-    };
-    guard::require_stack();
-    // SAFETY: checked above; it lives during the call.
-    let texture = unsafe { *texture };
-    // SAFETY: a plugin's word; if it lied, the guard around its call takes the fault.
-    let name = unsafe { short_name(texture.name) };
-    if texture.format > abi::TEXTURE_RGBA8 {
-        let format = texture.format;
-        return refuse(abi::UNSUPPORTED, &format!("`{name}`: its format {format} is not known here"));
-    }
-    if texture.spare != [0; 3] {
-        return refuse(abi::BAD_INPUT, &format!("`{name}`: spare is not zero"));
-    }
-    let wanted = Wanted { name: &name, format: texture.format, width: texture.width, height: texture.height };
-    let bytes = match wanted.bytes() {
-        Ok(bytes) => bytes,
-        Err(reason) => return refuse(abi::BAD_INPUT, &reason),
-    };
-    // SAFETY: the contract's texels, as many as the texture's size says.
-    let texels = match unsafe { array(texture.texels.cast::<u8>(), bytes, "its texels") } {
-        Ok(texels) => texels,
-        Err(reason) => return refuse(abi::BAD_INPUT, &format!("`{name}`: {reason}")),
-    };
-    guard::probe_write(out.cast(), size_of::<u32>());
-    marker::in_service(services.fate.generation(), || {
-        let made = lock(textures).add(wanted, texels);
-        match made {
-            Ok(id) => {
-                // SAFETY: checked and touched above.
-                unsafe { out.write(id) };
-                abi::OK
-            }
-            Err(reason) => refuse(abi::NO_SPACE, &reason),
-        }
-    })
-}
-
-unsafe extern "C" fn texture_destroy(ctx: *mut c_void, id: u32) -> i32 {
-    // SAFETY: the contract's pointer.
-    let Some(services) = (unsafe { services(ctx, "texture_destroy") }) else { return abi::BAD_INPUT };
-    services.destroy(services.made.as_ref().map(|made| &made.textures), "texture_destroy", id)
-}
-
-/// A plugin's name for something, cut where it is endless; empty for NULL.
-///
-/// # Safety
-/// The pointer is NULL or leads to a text that ends with NUL.
-unsafe fn short_name(pointer: *const c_char) -> String {
-    let mut bytes = Vec::new();
-    while !pointer.is_null() && bytes.len() < LONGEST_NAME {
-        // SAFETY: the caller's promise: no NUL came before.
-        match unsafe { pointer.add(bytes.len()).read() } {
-            0 => break,
-            byte => bytes.push(byte as u8),
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
 }
