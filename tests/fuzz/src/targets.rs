@@ -4,14 +4,12 @@ use std::{
     cell::RefCell,
     fs,
     path::{Path, PathBuf},
-    sync::OnceLock,
 };
 
 use reef_abi as abi;
 use reef_plugin::{image::Image, inspect};
 use reef_sea::{World, step::journal::Journal};
 use serde_json::Value;
-use tempfile::TempDir;
 
 use crate::sea::{self, MODULES, Module};
 
@@ -130,8 +128,8 @@ fn measure(bytes: &[u8]) -> Option<Vec<u8>> {
 
 /// A plant's skeleton and mesh from a modelling program: as it is, and with lengths that fit.
 fn skeleton(input: &[u8]) -> Result<Ending, String> {
-    static ASSETS: OnceLock<TempDir> = OnceLock::new();
-    let assets = ASSETS.get_or_init(|| tempfile::tempdir().expect("a folder")).path();
+    let assets = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let assets = assets.path();
     let Some(module) = MODULES.iter().find(|module| module.name == "seaweed") else {
         return Err("no module reads skeletons".to_owned());
     };
