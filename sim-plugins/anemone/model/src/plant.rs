@@ -171,6 +171,7 @@ fn tentacle(species: &Species, size: f64, seat: &Seat, on_foot: bool, seed: u64)
         *rest = own + DVec2::new(wobble * random.signed(), 2.0 * wobble * random.signed());
     }
     shape.rest[0] = DVec2::ZERO;
+    shape.set_lag(spec.lag);
     let lean = (spec.inner_lean + (spec.outer_lean - spec.inner_lean) * out).to_radians();
     let (ls, lc) = math::sin_cos(lean);
     let (s, c) = math::sin_cos(seat.angle);

@@ -107,7 +107,7 @@ impl Fibre {
             let rest = frame.bent(self.shape.rest[i]);
             let target = self.target(i, &rest, loads[i + 1].net);
             let bend = self.bends[i];
-            self.bends[i] = bend + (target - bend) * gain;
+            self.bends[i] = bend + (target - bend) * (gain * self.shape.paces[i]);
             frame = rest.bent(self.bends[i]);
             self.directions[i] = frame.z;
             self.nodes[i + 1] = self.nodes[i] + frame.z * self.shape.lengths[i];

@@ -25,6 +25,8 @@ pub struct FibreShape {
     pub drag: Vec<f64>,
     /// Bend of the rest pose at each segment, carried by the frame of the segment below it [rad].
     pub rest: Vec<DVec2>,
+    /// How fast each joint follows, over how fast 1/τ lets it: above 0, 1 at most; see [`Self::set_lag`].
+    pub paces: Vec<f64>,
 }
 
 /// How the flow's velocity becomes a force on a node (§4.1).
@@ -105,6 +107,7 @@ impl FibreShape {
             radii,
             stiffness: vec![0.0; segments],
             rest: vec![DVec2::ZERO; segments],
+            paces: vec![1.0; segments],
         };
         shape.set_stiffness(k, n);
         shape
@@ -115,6 +118,19 @@ impl FibreShape {
     pub fn set_stiffness(&mut self, k: f64, n: f64) {
         let tip = self.radii.last().copied().unwrap_or(self.root_radius);
         self.stiffness = self.radii.iter().map(|r| k * math::pow(r / tip, n)).collect();
+    }
+
+    /// Lets the time constant grow evenly along the fibre, from τ at the root to `lag` · τ at the tip: where
+    /// the water swings, the tip comes after the base. 1 is the paper's fibre, whose joints answer together.
+    pub fn set_lag(&mut self, lag: f64) {
+        let last = self.segments().saturating_sub(1).max(1) as f64;
+        let pace = |i: usize| 1.0 / (1.0 + (lag - 1.0) * i as f64 / last);
+        self.paces = (0..self.segments()).map(pace).collect();
+    }
+
+    /// Whether some joint follows later than τ says.
+    pub fn lags(&self) -> bool {
+        self.paces.iter().any(|pace| *pace != 1.0)
     }
 
     /// Nodes of the rest pose, the root first.

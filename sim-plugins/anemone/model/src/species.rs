@@ -144,6 +144,10 @@ pub struct Tentacles {
     /// τ: time in which they follow the water; greater is lazier, 0 is the paper's jump.
     #[schemars(range(min = 0.0, max = 60.0), extend("x-unit" = "s"))]
     pub relaxation: f64,
+    /// τ at the tip over τ at the root: greater lets the tip come after the base where the water swings; 1 is
+    /// the paper's.
+    #[schemars(range(min = 1.0, max = 100.0))]
+    pub lag: f64,
     /// C_D of eq. (9): greater catches more of the current. The paper's ½ρLr is 0.5.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub drag_coefficient: f64,
@@ -174,6 +178,7 @@ impl Default for Tentacles {
             stiffness: 4.2,
             exponent: 1.0,
             relaxation: 0.3,
+            lag: 1.0,
             drag_coefficient: 0.5,
             break_force: None,
         }

@@ -183,6 +183,7 @@ pub(crate) fn bend<S: Simd>(
         let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
         let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
         let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
+        let paces = chunk.paces.get(s * kinds..(s + 1) * kinds);
         for g in which.clone() {
             let kind = g.min(kinds - 1);
             let (pose, segment, walker) = (&poses[g], &constants[kind], &mut walkers[g]);
@@ -208,7 +209,10 @@ pub(crate) fn bend<S: Simd>(
             let pose = &mut poses[g];
             let target = joints[g].bend(simd);
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
-            let gain = load(simd, &gains[g]);
+            let mut gain = load(simd, &gains[g]);
+            if let Some(paces) = paces {
+                gain *= load(simd, &paces[g.min(kinds - 1)]);
+            }
             let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);
             store(&mut pose.bend[1], bend[1]);

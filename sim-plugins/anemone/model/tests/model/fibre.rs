@@ -265,6 +265,28 @@ fn the_wide_solver_follows_the_reference_step_by_step() {
 }
 
 #[test]
+fn a_fibre_whose_tip_lags_is_followed_and_rests_where_any_other_does() {
+    let mut late = curled();
+    late.set_lag(12.0);
+    for flows in flows() {
+        let mut fibre = Fibre::new(late.clone(), DVec3::ZERO, leaning());
+        let mut chunk = chunk_of(&late, &[(DVec3::ZERO, leaning()); 3], AREA, 0.1);
+        let mut apart_most = 0.0_f64;
+        for _ in 0..60 {
+            run_reference(&mut fibre, &drag(), &flows, 0.1, DT, 1);
+            run(Level::best(), &mut chunk, &flows, &StepConstants::default(), DT, 1);
+            apart_most = apart_most.max(apart(&nodes(&chunk, 2), &fibre.nodes));
+        }
+        assert!(apart_most < 1e-5, "{apart_most}");
+        let mut prompt = Fibre::new(curled(), DVec3::ZERO, leaning());
+        settle(&mut prompt, &drag(), &flows);
+        assert!(apart(&prompt.nodes, &fibre.nodes) > 1e-4, "it is on its way still");
+        settle(&mut fibre, &drag(), &flows);
+        assert!(apart(&prompt.nodes, &fibre.nodes) < 1e-7, "{}", apart(&prompt.nodes, &fibre.nodes));
+    }
+}
+
+#[test]
 fn mirroring_the_scene_mirrors_the_result() {
     let mirror = |v: DVec3| DVec3::new(-v.x, v.y, v.z);
     let shape = tentacle();

@@ -135,6 +135,40 @@ fn seagrass_takes_its_time_to_lean_with_the_surge() {
     assert!(fastest < 45.0, "{fastest} degrees a second");
 }
 
+/// How much later the tip of a blade comes than its first joint where the default current swings [deg]: phases
+/// of both directions' part along the current, by their sums with the current's sine and cosine over a period.
+fn lags(bed: &mut Bed) -> Vec<f64> {
+    let (_, period) = default_current();
+    let steps = (period / DT).round() as usize;
+    let phase = |sums: &[f64; 2]| sums[1].atan2(sums[0]);
+    let mut sums = vec![[[0.0; 2]; 2]; fibres(bed).len()];
+    for step in 0..3 * steps {
+        run(bed, &[swinging((step + 1) as f64 * DT)], DT, 1);
+        if step < 2 * steps {
+            continue;
+        }
+        let (sine, cosine) = (TAU * (step + 1) as f64 * DT / period).sin_cos();
+        for (sums, nodes) in sums.iter_mut().zip(fibres(bed)) {
+            for (sums, direction) in sums.iter_mut().zip([nodes[1] - nodes[0], tip_direction(&nodes)]) {
+                sums[0] += direction.x * sine;
+                sums[1] += direction.x * cosine;
+            }
+        }
+    }
+    sums.iter().map(|[base, tip]| (phase(base) - phase(tip)).to_degrees()).collect()
+}
+
+#[test]
+fn tips_of_seagrass_come_after_their_bases_in_the_surge() {
+    for (species, least) in [("seagrass", 20.0), ("turtlegrass", 20.0)] {
+        let lag = quantile(lags(&mut bed_of(species)), 0.5);
+        assert!((least..60.0).contains(&lag), "{species}: its tips come {lag} degrees after its bases");
+    }
+    // All joints of a tentacle with one time constant answer together.
+    let lag = quantile(lags(&mut bed_of("actinia-fragacea")), 0.5);
+    assert!(lag.abs() < 5.0, "{lag}");
+}
+
 #[test]
 fn tentacles_swing_by_about_25_degrees_about_a_pose_that_stays_open() {
     let (_, period) = default_current();
