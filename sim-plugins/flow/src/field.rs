@@ -50,7 +50,7 @@ impl Look {
         let (mut found, mut far) = (0, 0);
         // Most of many are far, and which is by chance: no branch hangs on it.
         for (number, flow) in (first as u32..).zip(flows) {
-            let limited = (flow.kind != abi::FLOW_DIRECTIONAL) & (flow.reach > 0.0);
+            let limited = is_limited(flow);
             let radius = widened(flow);
             let mut touches = true;
             for i in 0..3 {
@@ -65,6 +65,11 @@ impl Look {
         self.near.truncate(found);
         self.far = far;
     }
+}
+
+/// Whether a primitive has a reach.
+fn is_limited(flow: &Flow) -> bool {
+    (flow.kind != abi::FLOW_DIRECTIONAL) & (flow.reach > 0.0)
 }
 
 /// The reach of a limited primitive [m], wider by what rounding to f32 may move a point.
@@ -88,8 +93,6 @@ pub struct Field {
     /// Where each cell's indices begin in `members`; one more at the end.
     starts: Vec<u32>,
     members: Vec<u32>,
-    /// Room for who looks at all of them at once.
-    look: Look,
 }
 
 impl Field {
@@ -100,31 +103,33 @@ impl Field {
 
     /// Takes a step's primitives, in the host's order.
     pub fn refill(&mut self, flows: &[Flow]) {
-        self.refill_within(flows, [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]]);
+        self.clear();
+        flows.iter().for_each(|flow| self.take(flow));
+        self.sort();
     }
 
-    /// Takes what of a step's primitives may act inside a box [m, world]: for who asks about no other place.
-    pub fn refill_within(&mut self, flows: &[Flow], bounds: [[f64; 3]; 2]) {
-        let mut look = core::mem::take(&mut self.look);
-        look.find(flows, 0, bounds);
-        self.refill_found(flows, [&look]);
-        self.look = look;
-    }
-
-    /// Takes what looks at parts of a step's primitives found, part by part in their order: the same as
-    /// [`Field::refill_within`] their box.
+    /// Takes what looks at parts of a step's primitives found, part by part in their order: for who asks
+    /// about no place outside of their box.
     pub fn refill_found<'a>(&mut self, flows: &[Flow], looks: impl IntoIterator<Item = &'a Look>) {
-        self.flows.clear();
-        self.count = 0;
-        self.everywhere.clear();
-        self.limited.clear();
-        self.cells = [0; 3];
+        self.clear();
         for look in looks {
             self.count += look.far;
             for flow in look.near.iter().filter_map(|number| flows.get(*number as usize)) {
                 self.take(flow);
             }
         }
+        self.sort();
+    }
+
+    fn clear(&mut self) {
+        self.flows.clear();
+        self.count = 0;
+        self.everywhere.clear();
+        self.limited.clear();
+        self.cells = [0; 3];
+    }
+
+    fn sort(&mut self) {
         if self.limited.len() < FEWEST_FOR_A_GRID {
             self.everywhere.extend(self.limited.drain(..).map(|(index, _)| index));
         } else {
@@ -140,7 +145,7 @@ impl Field {
         }
         self.count += 1;
         let index = self.flows.len() as u32;
-        if flow.kind != abi::FLOW_DIRECTIONAL && flow.reach > 0.0 {
+        if is_limited(flow) {
             self.limited.push((index, Sphere { center: flow.position, radius: widened(flow) }));
         } else {
             self.everywhere.push(index);

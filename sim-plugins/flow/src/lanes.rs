@@ -51,15 +51,24 @@ pub fn store3<S: Simd>([x, y, z]: &mut [Lane; 3], value: Vector<S>) {
 
 /// Eight numbers of each of eight objects, object by object.
 #[inline(always)]
-pub fn transposed<S: Simd>(mut of: [f32x8<S>; WIDTH]) -> [f32x8<S>; WIDTH] {
+pub fn transposed<S: Simd>(of: [f32x8<S>; WIDTH]) -> [f32x8<S>; WIDTH] {
     // Each time the six bits of a number's place are turned by one: three times swap row and lane.
-    for _ in 0..3 {
-        let [a, b, c, d, e, f, g, h] = of;
-        let zip = |a: f32x8<S>, b: f32x8<S>| [a.zip_low(b), a.zip_high(b)];
-        let [[a, b], [c, d], [e, f], [g, h]] = [zip(a, e), zip(b, f), zip(c, g), zip(d, h)];
-        of = [a, b, c, d, e, f, g, h];
-    }
-    of
+    zipped(zipped(zipped(of)))
+}
+
+/// Written out: neither a closure nor a loop over arrays is always compiled with the level's instructions.
+#[inline(always)]
+fn zipped<S: Simd>([a, b, c, d, e, f, g, h]: [f32x8<S>; WIDTH]) -> [f32x8<S>; WIDTH] {
+    [
+        a.zip_low(e),
+        a.zip_high(e),
+        b.zip_low(f),
+        b.zip_high(f),
+        c.zip_low(g),
+        c.zip_high(g),
+        d.zip_low(h),
+        d.zip_high(h),
+    ]
 }
 
 /// a + b.
@@ -117,7 +126,8 @@ mod tests {
     fn what_is_transposed_has_rows_for_lanes_at_every_level() {
         for level in Level::all() {
             let seen: [[f32; WIDTH]; WIDTH] = crate::dispatch!(level, simd => {
-                let row = |i: usize| f32x8::simd_from(simd, core::array::from_fn(|lane| (10 * i + lane) as f32));
+                let lanes = |i: usize| core::array::from_fn(|lane| (10 * i + lane) as f32);
+                let row = |i: usize| f32x8::simd_from(simd, lanes(i));
                 transposed(core::array::from_fn(row)).map(|row| row.into())
             });
             for (lane, row) in seen.iter().enumerate() {

@@ -7,16 +7,13 @@
 //! tip: the joint turns the segment from its parent's direction e toward tan α = F_T / (k L) (10), that is to
 //! e + F_T/(k L), made unit.
 
-use fearless_simd::{Simd, f32x8, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 use reef_flow::{
     Level, Packed, dispatch,
-    simd::{mul_add, neg_mul_add, splat},
+    lanes::{Lane, WIDTH, add, add_scaled, dot, load, load3, scale, store3, sub, sub_scaled},
+    simd::splat,
     velocity8,
 };
-
-/// Fibres in a vector.
-const LANES: usize = 8;
-type Eight = [f32; LANES];
 
 /// Shape of the fibres, all alike: the default tentacle (6 mm segments, radius 3 to 1.2 mm).
 const LENGTH: f32 = 0.006;
@@ -59,14 +56,14 @@ fn root(fibre: usize, fibres: usize) -> [f32; 2] {
 /// One segment of eight fibres.
 #[derive(Clone, Copy)]
 struct Wide {
-    node: [Eight; 3],
-    direction: [Eight; 3],
-    bend: [Eight; 3],
-    across: [Eight; 3],
-    drag: Eight,
-    softness: Eight,
-    ratio: Eight,
-    length: Eight,
+    node: [Lane; 3],
+    direction: [Lane; 3],
+    bend: [Lane; 3],
+    across: [Lane; 3],
+    drag: Lane,
+    softness: Lane,
+    ratio: Lane,
+    length: Lane,
 }
 
 /// Fibres eight lanes wide.
@@ -75,42 +72,42 @@ pub struct Bare {
     segments: usize,
     /// Segment by segment from the root, all groups of a segment side by side.
     rows: Vec<Wide>,
-    roots: Vec<[Eight; 3]>,
-    handed: Vec<[Eight; 3]>,
+    roots: Vec<[Lane; 3]>,
+    handed: Vec<[Lane; 3]>,
 }
 
 impl Bare {
     /// `groups` times eight upright fibres of `segments` segments each.
     pub fn new(groups: usize, segments: usize) -> Self {
-        let fibres = groups * LANES;
-        let eight = |group: usize, axis: usize| -> Eight {
-            core::array::from_fn(|lane| root(group * LANES + lane, fibres)[axis])
+        let fibres = groups * WIDTH;
+        let eight = |group: usize, axis: usize| -> Lane {
+            Lane(core::array::from_fn(|lane| root(group * WIDTH + lane, fibres)[axis]))
         };
-        let roots: Vec<[Eight; 3]> =
-            (0..groups).map(|group| [eight(group, 0), [0.0; LANES], eight(group, 1)]).collect();
+        let roots: Vec<[Lane; 3]> =
+            (0..groups).map(|group| [eight(group, 0), Lane::all(0.0), eight(group, 1)]).collect();
         let rows = (0..groups * segments)
             .map(|at| {
                 let (i, group) = (at / groups, at % groups);
                 let segment = segment(i, segments);
                 let [x, _, z] = roots[group];
                 Wide {
-                    node: [x, [LENGTH * (i + 1) as f32; LANES], z],
-                    direction: [[0.0; LANES], [1.0; LANES], [0.0; LANES]],
-                    bend: [[0.0; LANES]; 3],
-                    across: [[0.0; LANES]; 3],
-                    drag: [segment.drag; LANES],
-                    softness: [segment.softness; LANES],
-                    ratio: [segment.ratio; LANES],
-                    length: [LENGTH; LANES],
+                    node: [x, Lane::all(LENGTH * (i + 1) as f32), z],
+                    direction: [Lane::all(0.0), Lane::all(1.0), Lane::all(0.0)],
+                    bend: [Lane::all(0.0); 3],
+                    across: [Lane::all(0.0); 3],
+                    drag: Lane::all(segment.drag),
+                    softness: Lane::all(segment.softness),
+                    ratio: Lane::all(segment.ratio),
+                    length: Lane::all(LENGTH),
                 }
             })
             .collect();
-        Self { groups, segments, rows, roots, handed: vec![[[0.0; LANES]; 3]; groups] }
+        Self { groups, segments, rows, roots, handed: vec![[Lane::all(0.0); 3]; groups] }
     }
 
     /// Nodes that one step moves.
     pub fn nodes(&self) -> usize {
-        self.groups * LANES * self.segments
+        self.groups * WIDTH * self.segments
     }
 
     /// One step of all fibres.
@@ -120,74 +117,38 @@ impl Bare {
 
     /// Tip of a fibre [m].
     pub fn tip(&self, fibre: usize) -> [f32; 3] {
-        let Some(last) = self.rows.get((self.segments.max(1) - 1) * self.groups + fibre / LANES) else {
+        let Some(last) = self.rows.get((self.segments.max(1) - 1) * self.groups + fibre / WIDTH) else {
             return [0.0; 3];
         };
-        last.node.map(|axis| axis[fibre % LANES])
+        last.node.map(|axis| axis.0[fibre % WIDTH])
     }
-}
-
-type Vector<S> = [f32x8<S>; 3];
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, from: &[Eight; 3]) -> Vector<S> {
-    [f32x8::simd_from(simd, from[0]), f32x8::simd_from(simd, from[1]), f32x8::simd_from(simd, from[2])]
-}
-
-#[inline(always)]
-fn store<S: Simd>(to: &mut [Eight; 3], from: Vector<S>) {
-    for (to, from) in to.iter_mut().zip(from) {
-        from.store_slice(to);
-    }
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f32x8<S> {
-    mul_add(a[2], b[2], mul_add(a[1], b[1], a[0] * b[0]))
-}
-
-/// a · s. Written out: a closure would not be compiled with the level's instructions.
-#[inline(always)]
-fn scaled<S: Simd>(a: Vector<S>, s: f32x8<S>) -> Vector<S> {
-    [a[0] * s, a[1] * s, a[2] * s]
-}
-
-/// a + b · s
-#[inline(always)]
-fn add_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
-    [mul_add(b[0], s, a[0]), mul_add(b[1], s, a[1]), mul_add(b[2], s, a[2])]
-}
-
-/// a − b · s
-#[inline(always)]
-fn sub_scaled<S: Simd>(a: Vector<S>, b: Vector<S>, s: f32x8<S>) -> Vector<S> {
-    [neg_mul_add(b[0], s, a[0]), neg_mul_add(b[1], s, a[1]), neg_mul_add(b[2], s, a[2])]
 }
 
 #[inline(always)]
 fn step<S: Simd>(simd: S, bare: &mut Bare, packed: &Packed) {
     let groups = bare.groups;
-    bare.handed.fill([[0.0; LANES]; 3]);
+    bare.handed.fill([Lane::default(); 3]);
+    let up = [splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.0)];
     for s in (0..bare.segments).rev() {
         let (lower, upper) = bare.rows.split_at_mut(s * groups);
         let below = &lower[lower.len() - groups.min(lower.len())..];
         for (g, (row, handed)) in upper.iter_mut().zip(&mut bare.handed).enumerate() {
-            let [x, y, z] = load(simd, &row.node);
+            let [x, y, z] = load3(simd, &row.node);
             let v = velocity8(simd, packed, x, y, z);
-            let force = add_scaled(load(simd, handed), v, f32x8::simd_from(simd, row.drag));
-            let d = load(simd, &row.direction);
+            let force = add_scaled(load3(simd, handed), v, load(simd, &row.drag));
+            let d = load3(simd, &row.direction);
             let along = dot(force, d);
             let across = sub_scaled(force, d, along);
-            store(&mut row.across, across);
+            store3(&mut row.across, across);
             let b = match below.get(g) {
-                Some(row) => load(simd, &row.direction),
-                None => [splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.0)],
+                Some(row) => load3(simd, &row.direction),
+                None => up,
             };
             // (12): along −b × (d × F_T), of length F_T L_i / L_{i−1}.
-            let m = sub_scaled(scaled(across, dot(b, d)), d, dot(b, across));
-            let scale = (dot(across, across) / dot(m, m).max(splat(simd, 1e-36))).sqrt()
-                * f32x8::simd_from(simd, row.ratio);
-            store(handed, add_scaled(scaled(m, scale), d, along));
+            let m = sub_scaled(scale(across, dot(b, d)), d, dot(b, across));
+            let factor =
+                (dot(across, across) / dot(m, m).max(splat(simd, 1e-36))).sqrt() * load(simd, &row.ratio);
+            store3(handed, add_scaled(scale(m, factor), d, along));
         }
     }
     for s in 0..bare.segments {
@@ -195,19 +156,17 @@ fn step<S: Simd>(simd: S, bare: &mut Bare, packed: &Packed) {
         let below = &lower[lower.len() - groups.min(lower.len())..];
         for (g, (row, root)) in upper.iter_mut().zip(&bare.roots).enumerate() {
             let (e, from) = match below.get(g) {
-                Some(row) => (load(simd, &row.direction), load(simd, &row.node)),
-                None => ([splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.0)], load(simd, root)),
+                Some(row) => (load3(simd, &row.direction), load3(simd, &row.node)),
+                None => (up, load3(simd, root)),
             };
-            let softness = f32x8::simd_from(simd, row.softness);
-            let old = load(simd, &row.bend);
-            let target = scaled(load(simd, &row.across), softness);
-            let change = [target[0] - old[0], target[1] - old[1], target[2] - old[2]];
-            let bend = add_scaled(old, change, splat(simd, GAIN));
-            store(&mut row.bend, bend);
-            let d = [e[0] + bend[0], e[1] + bend[1], e[2] + bend[2]];
-            let d = scaled(d, splat(simd, 1.0) / dot(d, d).sqrt());
-            store(&mut row.direction, d);
-            store(&mut row.node, add_scaled(from, d, f32x8::simd_from(simd, row.length)));
+            let old = load3(simd, &row.bend);
+            let target = scale(load3(simd, &row.across), load(simd, &row.softness));
+            let bend = add_scaled(old, sub(target, old), splat(simd, GAIN));
+            store3(&mut row.bend, bend);
+            let d = add(e, bend);
+            let d = scale(d, splat(simd, 1.0) / dot(d, d).sqrt());
+            store3(&mut row.direction, d);
+            store3(&mut row.node, add_scaled(from, d, load(simd, &row.length)));
         }
     }
 }

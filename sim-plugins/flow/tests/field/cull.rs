@@ -113,7 +113,9 @@ fn what_is_found_around_a_box_in_parts_changes_no_byte_inside_it() {
         for (look, first) in looks.iter_mut().zip((0..).step_by(90)) {
             look.find(&flows[first..flows.len().min(first + 90)], first, bounds);
         }
-        field.refill_within(&flows, bounds);
+        let mut look = Look::default();
+        look.find(&flows, 0, bounds);
+        field.refill_found(&flows, [&look]);
         parts.refill_found(&flows, &looks);
         assert_eq!((parts.flows(), parts.count()), (field.flows(), field.count()));
         left_out += flows.len() - parts.flows().len();

@@ -142,6 +142,9 @@ pub struct Skeleton {
     segments: Vec<Segment>,
     reach: f64,
     mass: f64,
+    /// Level by level: segments that it computes, and for which it evaluates the water.
+    computed: [usize; 3],
+    evaluated: [usize; 3],
 }
 
 impl Skeleton {
@@ -216,7 +219,12 @@ impl Skeleton {
         }
         let reach = joints.iter().map(|joint| f64::from(joint.span + joint.radius)).fold(0.0, f64::max);
         let mass = segments.iter().map(|segment| segment.mass).sum();
-        Self { joints, segments, reach, mass }
+        let count = |of: &dyn Fn(u32, &Joint, u8) -> bool| {
+            [0, 1, 2].map(|level| (0..).zip(&joints).filter(|(i, joint)| of(*i, joint, level)).count())
+        };
+        let computed = count(&|_, joint, level| joint.tier + level <= 2);
+        let evaluated = count(&|number, joint, level| joint.feels(number, level));
+        Self { joints, segments, reach, mass, computed, evaluated }
     }
 
     /// All segments, parents first.
@@ -251,12 +259,12 @@ impl Skeleton {
 
     /// How many segments a level of detail (0 near, 1 middle, 2 far) computes.
     pub fn computed(&self, level: u8) -> usize {
-        self.joints.iter().filter(|joint| joint.tier + level <= 2).count()
+        self.computed[usize::from(level.min(2))]
     }
 
     /// How many segments a level of detail evaluates the water for.
     pub fn evaluated(&self, level: u8) -> usize {
-        (0..).zip(&self.joints).filter(|(number, joint)| joint.feels(*number, level)).count()
+        self.evaluated[usize::from(level.min(2))]
     }
 }
 

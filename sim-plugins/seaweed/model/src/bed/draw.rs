@@ -3,7 +3,7 @@
 //! Far plants, and those that nobody sees, are moved as a whole by one joint: the first segment's. On the way
 //! there, over the second in which the level of detail changes, all joints go to where that one carries them.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f32x8};
 use glam::{Quat, Vec3};
 use reef_flow::{Level, lanes::transposed, simd::splat};
 use reef_sdk::{
@@ -12,11 +12,12 @@ use reef_sdk::{
 };
 
 use super::{
-    BED, Bed, JointPose, Pack, id_of,
+    BED, Bed, JointPose, Kind, PACKS, Pack, every, id_of,
     poses::{Bases, frames, one},
 };
 use crate::{
-    lanes::{WIDTH, load},
+    kernel::Row,
+    lanes::{WIDTH, load, load3},
     looks::Dress,
 };
 
@@ -55,7 +56,7 @@ fn share_of_whole(pack: &Pack, lane: usize, whole: bool) -> f32 {
 impl Bed {
     /// How many joints [`Bed::draw`] writes. To be called before it, with the same.
     pub fn plan_joints(&mut self, whole: bool) -> usize {
-        let Self { packs, kinds, drawn_bounds, .. } = self;
+        let Self { packs, kinds, drawn_bounds, jobs, .. } = self;
         drawn_bounds.clear();
         drawn_bounds.push(0);
         let mut joints = 0;
@@ -66,17 +67,18 @@ impl Bed {
             }
             drawn_bounds.push(joints);
         }
+        every(drawn_bounds, &mut jobs.drawn);
         joints
     }
 
-    /// Objects: the bed itself, which calms the water, and then a plant each.
+    /// Objects: a plant each, and then the bed itself, which calms the water.
     pub fn object_count(&self) -> usize {
         1 + self.plants.len()
     }
 
-    /// Writes [`Bed::object_count`] objects, in the order of the plants' numbers.
+    /// Writes [`Bed::object_count`] objects, in the order of their ids.
     pub fn write_objects(&self, workers: Workers<'_>, objects: &mut [Object]) {
-        let Some((bed, objects)) = objects.split_first_mut() else { return };
+        let Some((bed, objects)) = objects.split_last_mut() else { return };
         *bed = Object { id: BED, ..Object::default() };
         workers.for_each_part(Chunks::new(objects, OBJECTS), |part, objects| {
             for (number, object) in (part * OBJECTS..).zip(objects) {
@@ -101,72 +103,108 @@ impl Bed {
         how: &Drawing<'_>,
         (elements, joints): (&mut [Skinned], &mut [Joint]),
     ) {
-        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, kinds, bases, .. } = self;
+        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, jobs, kinds, bases, .. } = self;
         super::poses::fit(bases, kinds, workers.count());
         let (kinds, packs, rows) = (&*kinds, packs.as_slice(), rows.as_slice());
         let (row_bounds, drawn_bounds, plant_bounds) = (&*row_bounds, &*drawn_bounds, &*plant_bounds);
-        let split = (Parts::new(elements, plant_bounds), Parts::new(joints, drawn_bounds));
-        workers.for_each_part_with(bases, split, |bases, number, (elements, mut room)| {
-            let pack = &packs[number];
-            let kind = &kinds[pack.kind()];
-            let segments = &kind.skeleton.joints;
-            let rows = &rows[row_bounds[number]..row_bounds[number + 1]];
-            // Who all move as a whole need their first segments alone.
-            let bent = room.len() > elements.len() || segments.len() == 1;
-            let computed = if bent { segments.len() } else { 1 };
-            reef_flow::dispatch!(level, simd => frames(simd, &segments[..computed], pack, rows, bases));
-            let mut first_joint = drawn_bounds[number];
-            let mut rooms: [&mut [Joint]; WIDTH] = Default::default();
-            for ((lane, plant), element) in pack.lanes().zip(elements) {
-                let share = share_of_whole(pack, lane, how.whole);
-                let count = if share >= 1.0 { 1 } else { segments.len() };
-                let (own, rest) = core::mem::take(&mut room).split_at_mut(count);
-                (rooms[lane], room) = (own, rest);
-                let size = pack.stand.size.0[lane];
-                let flags = if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 };
-                let dress = how.dresses.get(plant as usize).copied().unwrap_or_default();
-                let wear = how.wears.get(dress.number as usize).copied().unwrap_or_default();
-                *element = Skinned {
-                    // After the bed's own.
-                    object: 1 + plant,
-                    mesh: wear.mesh,
-                    material: wear.material,
-                    flags,
-                    first_joint: first_joint as u32,
-                    joint_count: count as u32,
-                    scale: size,
-                    phase: dress.phase,
-                    hue: dress.hue,
-                    value: dress.value,
-                    ..Skinned::default()
+        let split = (Parts::new(elements, &jobs.plants), Parts::new(joints, &jobs.drawn));
+        workers.for_each_part_with(bases, split, |bases, job, (mut elements, mut room)| {
+            for (number, pack) in packs.iter().enumerate().skip(job * PACKS).take(PACKS) {
+                let count = |bounds: &[usize]| bounds[number + 1] - bounds[number];
+                let of_pack = Drawn {
+                    elements: elements.split_off_mut(..count(plant_bounds)).unwrap_or_default(),
+                    room: room.split_off_mut(..count(drawn_bounds)).unwrap_or_default(),
+                    first_joint: drawn_bounds[number],
                 };
-                first_joint += count;
-            }
-            reef_flow::dispatch!(level, simd => spread(simd, &bases[..computed], &mut rooms));
-            for (lane, _) in pack.lanes() {
-                let share = share_of_whole(pack, lane, how.whole);
-                if share > 0.0 {
-                    let size = pack.stand.size.0[lane];
-                    let stiff = Whole::new(&one(&bases[0], lane), &kind.rest[0], size);
-                    stiff.take_along(rooms[lane], &kind.rest, share);
-                }
+                let rows = &rows[row_bounds[number]..row_bounds[number + 1]];
+                of_pack.write(level, how, (pack, &kinds[pack.kind()]), rows, bases);
             }
         });
+    }
+}
+
+/// Where a pack's elements and joints go.
+struct Drawn<'a> {
+    elements: &'a mut [Skinned],
+    room: &'a mut [Joint],
+    /// Number of the first of these joints.
+    first_joint: usize,
+}
+
+impl Drawn<'_> {
+    fn write(
+        self,
+        level: Level,
+        how: &Drawing<'_>,
+        (pack, kind): (&Pack, &Kind),
+        rows: &[Row],
+        bases: &mut [Bases],
+    ) {
+        let Self { elements, mut room, mut first_joint } = self;
+        let segments = &kind.skeleton.joints;
+        // Who all move as a whole need their first segments alone.
+        let bent = room.len() > elements.len() || segments.len() == 1;
+        let computed = if bent { segments.len() } else { 1 };
+        let mut rooms: [&mut [Joint]; WIDTH] = Default::default();
+        let mut shares = [0.0; WIDTH];
+        for ((lane, plant), element) in pack.lanes().zip(elements) {
+            shares[lane] = share_of_whole(pack, lane, how.whole);
+            let count = if shares[lane] >= 1.0 { 1 } else { segments.len() };
+            rooms[lane] = room.split_off_mut(..count).unwrap_or_default();
+            let dress = how.dresses.get(plant as usize).copied().unwrap_or_default();
+            let wear = how.wears.get(dress.number as usize).copied().unwrap_or_default();
+            *element = Skinned {
+                object: plant,
+                mesh: wear.mesh,
+                material: wear.material,
+                flags: if pack.jumped(lane) { abi::FLAG_NO_BLEND } else { 0 },
+                first_joint: first_joint as u32,
+                joint_count: count as u32,
+                scale: pack.stand.size.0[lane],
+                phase: dress.phase,
+                hue: dress.hue,
+                value: dress.value,
+                ..Skinned::default()
+            };
+            first_joint += count;
+        }
+        reef_flow::dispatch!(level, simd => {
+            frames(simd, &segments[..computed], pack, rows, bases);
+            spread(simd, &bases[..computed], &mut rooms);
+        });
+        for (lane, _) in pack.lanes().filter(|(lane, _)| shares[*lane] > 0.0) {
+            let stiff = Whole::new(&one(&bases[0], lane), &kind.rest[0], pack.stand.size.0[lane]);
+            stiff.take_along(rooms[lane], &kind.rest, shares[lane]);
+        }
     }
 }
 
 /// Writes the joints of a pack's plants, each plant's to its own room, as far as that goes.
 #[inline(always)]
 fn spread<S: Simd>(simd: S, bases: &[Bases], rooms: &mut [&mut [Joint]; WIDTH]) {
-    for (number, ([x, y, z, w], [px, py, pz])) in bases.iter().enumerate() {
-        let [x, y, z, w, px, py, pz] = [x, y, z, w, px, py, pz].map(|lane| load(simd, lane));
-        let plants = transposed([x, y, z, w, px, py, pz, splat(simd, 1.0)]);
-        for (room, plant) in rooms.iter_mut().zip(plants) {
-            if let Some(joint) = room.get_mut(number) {
-                let [x, y, z, w, px, py, pz, scale] = plant.into();
-                *joint = Joint { rotation: [x, y, z, w], translation: [px, py, pz], scale };
-            }
-        }
+    for (number, ([x, y, z, w], place)) in bases.iter().enumerate() {
+        // Not by closures: see [`crate::kernel::pose`].
+        let turn = [load(simd, x), load(simd, y), load(simd, z), load(simd, w)];
+        let place = load3(simd, place);
+        let [a, b, c, d, e, f, g, h] =
+            transposed([turn[0], turn[1], turn[2], turn[3], place[0], place[1], place[2], splat(simd, 1.0)]);
+        put(&mut rooms[0], number, a);
+        put(&mut rooms[1], number, b);
+        put(&mut rooms[2], number, c);
+        put(&mut rooms[3], number, d);
+        put(&mut rooms[4], number, e);
+        put(&mut rooms[5], number, f);
+        put(&mut rooms[6], number, g);
+        put(&mut rooms[7], number, h);
+    }
+}
+
+/// Writes a joint of a plant: turn, place and scale.
+#[inline(always)]
+fn put<S: Simd>(room: &mut &mut [Joint], number: usize, joint: f32x8<S>) {
+    if let Some(into) = room.get_mut(number) {
+        let [x, y, z, w, px, py, pz, scale] = joint.into();
+        *into = Joint { rotation: [x, y, z, w], translation: [px, py, pz], scale };
     }
 }
 

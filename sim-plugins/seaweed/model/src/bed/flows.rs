@@ -6,7 +6,7 @@ use glam::DVec3;
 use reef_flow::{Sphere, velocity8};
 use reef_sdk::abi::{self, Flow};
 
-use super::{BED, Bed, Kind, Plant, Surroundings, id_of};
+use super::{BED, Bed, Kind, Pack, Plant, Surroundings, id_of};
 use crate::lanes::{Lane, WIDTH};
 
 /// Side of the squares [m] whose plants shelter together what is behind them.
@@ -70,25 +70,11 @@ impl Bed {
 
     /// Who disturbs the water: those whose sources are the strongest, in the order of their numbers.
     fn disturbing(&mut self) {
-        let Self { strongest, packs, kinds, .. } = self;
+        let Self { strongest, packs, .. } = self;
         strongest.clear();
-        for pack in packs {
-            let disturbance = kinds[pack.kind()].disturbance as f32;
-            if disturbance == 0.0 {
-                continue;
-            }
-            for (lane, plant) in pack.lanes() {
-                // What made up for steps did not move, and far away nobody sees what it disturbs.
-                if !pack.stepped(lane) || pack.jumped(lane) || pack.detail(lane)[0] >= 2.0 {
-                    continue;
-                }
-                let [x, y, z] = pack.stand.push.each_ref().map(|lanes| lanes.0[lane]);
-                let size = pack.stand.size.0[lane];
-                let strength = disturbance * size * size * (x * x + y * y + z * z).sqrt();
-                if speed(strength, pack.half_box(lane)) >= LEAST_SPEED {
-                    strongest.push((strength, plant));
-                }
-            }
+        for pack in packs.iter() {
+            let disturbs = pack.strength.iter().zip(pack.numbers).filter(|(strength, _)| **strength > 0.0);
+            strongest.extend(disturbs.map(|(strength, plant)| (*strength, plant)));
         }
         if strongest.len() > MOST_SOURCES {
             strongest
@@ -164,6 +150,14 @@ impl Bed {
             });
         }
     }
+}
+
+/// Φ of a plant's source [m³/s]; 0 where that is too slow to be one.
+pub(super) fn strength(pack: &Pack, kind: &Kind, lane: usize) -> f32 {
+    let [x, y, z] = pack.stand.push.each_ref().map(|lanes| lanes.0[lane]);
+    let size = pack.stand.size.0[lane];
+    let strength = kind.disturbance as f32 * size * size * (x * x + y * y + z * z).sqrt();
+    if speed(strength, pack.half_box(lane)) >= LEAST_SPEED { strength } else { 0.0 }
 }
 
 /// How fast a source is at a quarter of its reach [m/s].

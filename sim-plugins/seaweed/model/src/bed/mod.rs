@@ -33,7 +33,7 @@ use crate::{
 pub use crate::kernel::Work;
 use cell::Cell;
 pub use draw::{Drawing, Wear};
-use pack::{Pack, Scratch};
+use pack::{Pack, Scratch, Sea};
 pub use poses::JointPose;
 use spacing::Spacing;
 pub use state::State;
@@ -124,6 +124,7 @@ pub struct Bed {
     plant_bounds: Vec<usize>,
     /// Where each pack's joints begin among those that are drawn in this step.
     drawn_bounds: Vec<usize>,
+    jobs: Jobs,
     /// Pack and lane of each plant.
     places: Vec<[u32; 2]>,
     cells: Vec<Cell>,
@@ -146,6 +147,27 @@ pub struct Bed {
     bases: Vec<Vec<poses::Bases>>,
 }
 
+/// Packs that one job of the workers steps or draws: enough that to be handed out costs it little.
+const PACKS: usize = 4;
+
+/// Where each job's [`PACKS`] begin.
+#[derive(Clone, Debug, Default)]
+struct Jobs {
+    rows: Vec<usize>,
+    plants: Vec<usize>,
+    /// Among the joints that are drawn in this step.
+    drawn: Vec<usize>,
+}
+
+/// The bounds of jobs out of those of packs. Reuses `jobs`.
+fn every(packs: &[usize], jobs: &mut Vec<usize>) {
+    jobs.clear();
+    jobs.extend(packs.iter().step_by(PACKS));
+    if packs.len() % PACKS != 1 {
+        jobs.extend(packs.last());
+    }
+}
+
 /// The object that all plants are together: owner of what they emit together.
 pub const BED: u64 = 1 << 32;
 
@@ -164,20 +186,31 @@ fn catch_up_end(step: usize) -> f64 {
 }
 
 /// Who may be in a pack together: what a plant gets of the waves follows from these, not from its neighbours.
-fn group_of(kinds: &[Kind], plant: &Plant) -> (usize, [i64; 3], u64, usize) {
-    let top = plant.root.y + kinds[plant.kind].skeleton.reach() * plant.size;
-    (plant.kind, cell::key(plant.root), pack::size_class(plant), spacing::band(top))
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Group {
+    kind: usize,
+    cell: [i64; 3],
+    /// See [`pack::size_class`].
+    size: u64,
+    /// How far up they reach, see [`spacing::band`].
+    band: usize,
+}
+
+impl Group {
+    fn of(kinds: &[Kind], plant: &Plant) -> Self {
+        let top = plant.root.y + kinds[plant.kind].skeleton.reach() * plant.size;
+        let (cell, size) = (cell::key(plant.root), pack::size_class(plant));
+        Self { kind: plant.kind, cell, size, band: spacing::band(top) }
+    }
 }
 
 impl Bed {
     /// Plants of these kinds. What stands where it does keeps its order in everything that comes out.
     pub fn new(kinds: Vec<Kind>, plants: Vec<Plant>) -> Self {
-        let mut order: Vec<u32> =
-            (0..plants.len() as u32).filter(|i| plants[*i as usize].kind < kinds.len()).collect();
-        order.sort_by_key(|i| {
-            let plant = &plants[*i as usize];
-            (group_of(&kinds, plant), cell::strip(plant.root), *i)
-        });
+        let known = (0..).zip(&plants).filter(|(_, plant): &(u32, &Plant)| plant.kind < kinds.len());
+        let mut order: Vec<(Group, (i64, i64), u32)> =
+            known.map(|(i, plant)| (Group::of(&kinds, plant), cell::strip(plant.root), i)).collect();
+        order.sort_unstable();
         let mut bed = Self {
             kinds,
             places: vec![[u32::MAX; 2]; plants.len()],
@@ -188,6 +221,7 @@ impl Bed {
             pose_bounds: vec![0],
             plant_bounds: vec![0],
             drawn_bounds: Vec::new(),
+            jobs: Jobs::default(),
             cells: Vec::new(),
             patches: Vec::new(),
             field: Field::new(),
@@ -202,27 +236,27 @@ impl Bed {
             strongest: Vec::new(),
             bases: Vec::new(),
         };
-        let group = |i: &u32| group_of(&bed.kinds, &bed.plants[*i as usize]);
-        let groups: Vec<Vec<u32>> =
-            order.chunk_by(|a, b| group(a) == group(b)).map(<[u32]>::to_vec).collect();
         bed.patches = flows::patches(&bed.kinds, &bed.plants);
         bed.strongest.reserve(bed.plants.len());
         bed.flows.reserve(flows::MOST_SOURCES + bed.patches.len());
         let mut cells = BTreeMap::new();
-        for plants in groups {
-            for eight in plants.chunks(crate::lanes::WIDTH) {
-                bed.add_pack(eight, &mut cells);
+        for alike in order.chunk_by(|(a, ..), (b, ..)| a == b) {
+            for eight in alike.chunks(crate::lanes::WIDTH) {
+                let numbers: Vec<u32> = eight.iter().map(|(_, _, number)| *number).collect();
+                bed.add_pack(&eight[0].0, &numbers, &mut cells);
             }
         }
+        every(&bed.row_bounds, &mut bed.jobs.rows);
+        every(&bed.plant_bounds, &mut bed.jobs.plants);
         bed.drawn_bounds.reserve(bed.packs.len() + 1);
+        bed.jobs.drawn.reserve(bed.jobs.rows.len());
         bed
     }
 
-    fn add_pack(&mut self, numbers: &[u32], numbers_of_cells: &mut BTreeMap<[i64; 3], usize>) {
-        let first = &self.plants[numbers[0] as usize];
-        let (kind, key) = (first.kind, cell::key(first.root));
-        let cell = *numbers_of_cells.entry(key).or_insert_with(|| {
-            self.cells.push(Cell::new(key));
+    fn add_pack(&mut self, group: &Group, numbers: &[u32], numbers_of_cells: &mut BTreeMap<[i64; 3], usize>) {
+        let kind = group.kind;
+        let cell = *numbers_of_cells.entry(group.cell).or_insert_with(|| {
+            self.cells.push(Cell::new(group.cell));
             self.cells.len() - 1
         });
         let segments = self.kinds[kind].skeleton.len();
@@ -235,8 +269,8 @@ impl Bed {
         self.rows.resize(begin + segments, Row::default());
         let anchor = self.cells[cell].anchor();
         let plants: Vec<&Plant> = numbers.iter().map(|number| &self.plants[*number as usize]).collect();
-        let pack =
-            Pack::new(kind, cell, numbers, &plants, anchor, &self.kinds[kind], &mut self.rows[begin..]);
+        let rows = &mut self.rows[begin..];
+        let pack = Pack::new(group, cell, numbers, &plants, anchor, &self.kinds[kind], rows);
         self.packs.push(pack);
         self.row_bounds.push(self.rows.len());
         let poses = self.pose_bounds.last().copied().unwrap_or(0) + segments * numbers.len();
@@ -274,20 +308,25 @@ impl Bed {
         }
         self.prepare(around, levels);
         let view = View::new(around.camera, levels.margin);
-        let Self { packs, rows, row_bounds, cells, field, waves, before, scratch, kinds, choice, .. } = self;
-        let (field, kinds, choice, before, spacing) = (&*field, &*kinds, &*choice, &*before, &self.spacing);
+        let Self { packs, rows, row_bounds, jobs, cells, field, waves, before, scratch, kinds, .. } = self;
+        let (field, kinds, before, row_bounds) = (&*field, &*kinds, &*before, &*row_bounds);
+        let (choice, spacing) = (&self.choice, &self.spacing);
+        let raised: f32 = waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
+        let raised = raised * levels.waves as f32;
         let ordered = &Surroundings { waves, ..*around };
         around.workers.for_each_part(Chunks::new(cells, 1), |_, cell| {
             cell[0].fill(field, ordered, levels, &view);
         });
         let cells = &*cells;
-        let split = (Chunks::new(packs, 1), Parts::new(rows, row_bounds));
-        around.workers.for_each_part_with(scratch, split, |scratch, _, (pack, rows)| {
-            let pack = &mut pack[0];
-            let cell = &cells[pack.cell()];
-            let kind = &kinds[pack.kind()];
-            let sea = pack::Sea { around: ordered, levels, view: &view, cell, kind, choice, spacing, before };
-            pack.step(&sea, rows, scratch);
+        let split = (Chunks::new(packs, PACKS), Parts::new(rows, &jobs.rows));
+        around.workers.for_each_part_with(scratch, split, |scratch, job, (packs, mut rows)| {
+            for (number, pack) in (job * PACKS..).zip(packs) {
+                let (cell, kind) = (&cells[pack.cell()], &kinds[pack.kind()]);
+                let view = &view;
+                let sea = Sea { around: ordered, levels, view, cell, kind, choice, spacing, before, raised };
+                let count = row_bounds[number + 1] - row_bounds[number];
+                pack.step(&sea, rows.split_off_mut(..count).unwrap_or_default(), scratch);
+            }
         });
         let mut work = Work::default();
         for pack in &self.packs {

@@ -9,7 +9,8 @@ use reef_flow::{
 use reef_sdk::abi::Wave;
 
 use super::{
-    CATCH_UP, Kind, Pass, Plant, Room, Spacing, Stand, Surroundings, Work, catch_up_end, cell::Cell, spacing,
+    CATCH_UP, Group, Kind, Pass, Plant, Room, Spacing, Stand, Surroundings, Work, catch_up_end, cell::Cell,
+    flows, spacing,
 };
 use crate::{
     kernel::{self, Row},
@@ -31,13 +32,19 @@ pub(super) struct Pack {
     pub(super) stand: Stand,
     /// The turn of each plant's base: x, y, z, w.
     pub(super) turn: [Lane; 4],
-    /// How long each has not been stepped [s].
+    /// How long each has not been stepped [s]; [`NEVER`]: it has not been yet.
     pub(super) paused: [f32; WIDTH],
     /// Bit by bit: who was stepped in the last step, and who made up for others in it.
     stepped: u8,
     jumped: u8,
+    /// No step has come yet.
+    pub(super) fresh: bool,
+    /// Φ of each one's source in the last step [m³/s]; 0: it is none.
+    pub(super) strength: [f32; WIDTH],
     /// No part of each comes farther from its root than this [m].
     reach: [f32; WIDTH],
+    /// No part of any comes higher than this over the anchor [m].
+    highest: f32,
     /// No plant in here is larger, see [`size_class`].
     largest: f64,
     /// How far up they reach, see [`spacing::band`].
@@ -70,13 +77,15 @@ pub(super) struct Sea<'a> {
     pub(super) kind: &'a Kind,
     pub(super) choice: &'a Choice,
     pub(super) spacing: &'a Spacing,
+    /// No water is raised higher by the waves that they feel [m].
+    pub(super) raised: f32,
     /// The trains some time ago.
     pub(super) before: &'a [Vec<Wave>],
 }
 
 impl Pack {
     pub(super) fn new(
-        kind: usize,
+        group: &Group,
         cell: usize,
         numbers: &[u32],
         plants: &[&Plant],
@@ -92,10 +101,12 @@ impl Pack {
         let mut turn = Quat::IDENTITY.to_array().map(Lane::all);
         let mut all = [EMPTY; WIDTH];
         let mut reach = [0.0; WIDTH];
+        let mut highest = f32::MIN;
         for (lane, (number, plant)) in numbers.iter().zip(plants).enumerate() {
             all[lane] = *number;
             reach[lane] = (what.skeleton.reach() * plant.size) as f32;
             let base = set(&mut stand, lane, plant, anchor).as_quat().normalize().to_array();
+            highest = highest.max(stand.origin[1].0[lane] + reach[lane]);
             turn.iter_mut().zip(base).for_each(|(lanes, value)| lanes.0[lane] = value);
             let mut random = Random::new(plant.seed, 0x5ea7);
             for (row, segment) in rows.iter_mut().zip(what.skeleton.segments()) {
@@ -106,7 +117,7 @@ impl Pack {
             }
         }
         Self {
-            kind: kind as u32,
+            kind: group.kind as u32,
             cell: cell as u32,
             numbers: all,
             stand,
@@ -114,13 +125,12 @@ impl Pack {
             paused: [0.0; WIDTH],
             stepped: 0,
             jumped: 0,
+            fresh: true,
+            strength: [0.0; WIDTH],
             reach,
-            largest: plants.iter().map(|plant| size_class(plant)).max().unwrap_or(0) as f64 * CLASS,
-            band: plants
-                .iter()
-                .map(|plant| spacing::band(plant.root.y + what.skeleton.reach() * plant.size))
-                .min()
-                .unwrap_or(0),
+            highest,
+            largest: group.size as f64 * CLASS,
+            band: group.band,
             work: Work::default(),
         }
     }
@@ -175,7 +185,9 @@ impl Pack {
         let dt = sea.around.dt as f32;
         let mut steps = [0.0; WIDTH];
         (self.stepped, self.jumped) = (0, 0);
+        self.strength = [0.0; WIDTH];
         self.work = Work::default();
+        let (fresh, mut late) = (core::mem::take(&mut self.fresh), false);
         for (lane, steps) in steps.iter_mut().enumerate() {
             if self.numbers[lane] == EMPTY {
                 continue;
@@ -185,19 +197,28 @@ impl Pack {
             let reach = f64::from(self.reach[lane]);
             let in_view = sea.cell.visible && (!sea.levels.visible || sea.view.sees_ball(root, reach));
             if !in_view {
-                self.paused[lane] += dt;
+                self.paused[lane] = if fresh { NEVER } else { self.paused[lane] + dt };
                 continue;
             }
             *steps = dt;
             self.stepped |= 1 << lane;
             // What is large is seen from far away: its distance counts in its own lengths.
-            let distance = upright_distance(sea.view.eye, root, reach) / (reach / USUAL).max(1.0);
+            let distance = match sea.levels.segments {
+                true => upright_distance(sea.view.eye, root, reach) / (reach / USUAL).max(1.0),
+                false => 0.0,
+            };
             let wanted = sea.levels.wanted(distance);
             let [detail, lagged] = [&mut self.stand.detail.0[lane], &mut self.stand.lagged.0[lane]];
-            if self.paused[lane] > 0.0 {
+            if fresh && wanted[0] > 0.0 {
+                // What its level does not compute would stay as it grew, whatever the water does.
+                self.paused[lane] = NEVER;
+            }
+            if fresh || self.paused[lane] > 0.0 {
                 // Nobody saw what it was before.
                 [*detail, *lagged] = wanted;
-                self.jumped |= 1 << lane;
+                // Before the first step there is no picture that it could jump from.
+                self.jumped |= u8::from(!fresh) << lane;
+                late |= self.paused[lane] > 0.0;
             } else {
                 let pace = sea.levels.pace(sea.around.dt);
                 *detail = toward(*detail, wanted[0], pace);
@@ -208,11 +229,17 @@ impl Pack {
         if self.stepped == 0 {
             return;
         }
-        if self.jumped != 0 {
+        if late {
             self.catch_up(sea, rows, scratch, &steps);
         }
         let pass = self.pass(sea, &sea.cell.trains, Lane(steps));
         kernel::step(sea.around.level, &pass, &mut self.stand, rows, &mut scratch.room);
+        for lane in 0..WIDTH {
+            // What made up for steps did not move, and far away nobody sees what it disturbs.
+            if self.stepped(lane) && !self.jumped(lane) && self.detail(lane)[0] < 2.0 {
+                self.strength[lane] = flows::strength(self, sea.kind, lane);
+            }
+        }
     }
 
     /// Adds what a plant's step takes.
@@ -225,8 +252,12 @@ impl Pack {
     }
 
     /// Lets those that come into view make up for the steps since they left it: the last few seconds of them,
-    /// in a few long ones, in the waves of these times.
+    /// in a few long ones, in the waves of these times. Who has never been stepped does so with all segments.
     fn catch_up(&mut self, sea: &Sea<'_>, rows: &mut [Row], scratch: &mut Scratch, steps: &[f32; WIDTH]) {
+        let (detail, lagged) = (self.stand.detail, self.stand.lagged);
+        for lane in (0..WIDTH).filter(|lane| steps[*lane] > 0.0 && self.paused[*lane] >= NEVER) {
+            [self.stand.detail.0[lane], self.stand.lagged.0[lane]] = sea.levels.wanted(0.0);
+        }
         let anchor = sea.cell.anchor().to_array();
         for (i, waves) in sea.before.iter().enumerate() {
             let (begin, end) = (CATCH_UP[i] as f32, catch_up_end(i) as f32);
@@ -248,13 +279,12 @@ impl Pack {
         for (paused, step) in self.paused.iter_mut().zip(steps) {
             *paused = if *step > 0.0 { 0.0 } else { *paused };
         }
+        (self.stand.detail, self.stand.lagged) = (detail, lagged);
     }
 
     fn pass<'a>(&self, sea: &Sea<'a>, trains: &'a Trains, dt: Lane) -> Pass<'a> {
         let anchor = sea.cell.anchor();
-        let highest = self.lanes().map(|(lane, _)| self.stand.origin[1].0[lane] + self.reach[lane]);
-        let waves: f32 = sea.around.waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
-        let highest = highest.fold(f32::MIN, f32::max) + anchor.y as f32 + waves * sea.levels.waves as f32;
+        let highest = self.highest + anchor.y as f32 + sea.raised;
         // A plant may bend up, or toward the eye, out of its cell.
         let reach = sea.kind.skeleton.reach() * self.largest;
         let top = (anchor.y + 0.5 * super::cell::SIZE + reach).min(spacing::top(self.band));
@@ -286,6 +316,9 @@ const CLASS: f64 = 0.5;
 
 /// Plants that are larger than this [m] count as so much nearer.
 const USUAL: f64 = 2.0;
+
+/// Longer than anything goes on [s].
+const NEVER: f32 = f32::MAX;
 
 /// Lower than anything.
 const NO_GROUND: f32 = -1e30;

@@ -9,7 +9,7 @@ use reef_flow::waves::{Steady, select};
 use reef_sdk::abi::Wave;
 
 /// Greatest error of the waves' acceleration between two stations, over the sum of all trains'.
-pub(super) const MOST_ERROR: f64 = 0.03;
+const MOST_ERROR: f64 = 0.03;
 
 /// Depths below still water [m] from which on plants whose highest place is there are a band.
 const DEPTHS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];

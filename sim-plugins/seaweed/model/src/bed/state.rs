@@ -12,8 +12,8 @@ pub struct State {
     pub segments: Vec<u32>,
     /// θ, φ, angular velocity and velocity of each segment: eight numbers [rad, rad/s, m/s].
     pub joints: Vec<f32>,
-    /// Level of detail, share of the procedural method, how long it was not stepped [s], and the velocity of
-    /// the centre of gravity [m/s]: six numbers a plant.
+    /// Level of detail, share of the procedural method, how long it was not stepped [s] (the greatest number:
+    /// it never was), and the velocity of the centre of gravity [m/s]: six numbers a plant.
     pub plants: Vec<f32>,
 }
 
@@ -94,6 +94,7 @@ impl Bed {
                 );
             }
         }
+        self.packs.iter_mut().for_each(|pack| pack.fresh = false);
         let mut joints = state.joints.chunks_exact(OF_JOINT);
         for (plant, [pack, lane]) in state.plants.chunks_exact(OF_PLANT).zip(&self.places) {
             let lane = *lane as usize;

@@ -88,8 +88,8 @@ impl Tree {
         self.nodes[number].2 = self.nodes.len();
     }
 
-    /// Square of the distance from a place to the nearest triangle; or, where that is no more than `enough`, to
-    /// one that is so near [m²].
+    /// Square of the distance from a place to the nearest triangle; or, where that is no more than `enough`,
+    /// to one that is so near [m²].
     fn nearest(&self, p: Vec3, enough: f32) -> f32 {
         let (mut best, mut at) = (f32::MAX, 0);
         while let Some((bounds, [begin, end], after)) = self.nodes.get(at) {

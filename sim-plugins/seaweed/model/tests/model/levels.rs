@@ -71,18 +71,52 @@ fn each_level_computes_its_joints_and_no_others() {
         let mut bed = alone(skeleton.clone());
         let flow = [current(DVec3::new(0.3, 0.0, 0.0))];
         let camera = camera(PLACE + DVec3::new(0.0, 0.3, distance), PLACE);
-        let around = around(&flow, &[], &camera);
-        let work = bed.step(&around, &Levels { blend: 0.0, ..Levels::default() });
-        let rest = skeleton.segments().iter();
-        let turned = angles(&bed, 0)
-            .iter()
-            .zip(rest)
-            .filter(|(now, rest)| now[1] != f64::from(rest.phi as f32))
-            .count();
+        bed.step(&around(&flow, &[], &camera), &Levels::default());
+        let before = angles(&bed, 0);
+        let flow = [current(DVec3::new(0.1, 0.0, 0.2))];
+        let work = bed.step(&around(&flow, &[], &camera), &Levels::default());
+        let turned = angles(&bed, 0).iter().zip(before).filter(|(now, before)| now[1] != before[1]).count();
         assert_eq!(work.joints, skeleton.computed(level) as u64);
         assert_eq!(work.evaluations, skeleton.evaluated(level) as u64);
         // Some torque acts on every joint of this bush.
         assert_eq!(turned, skeleton.computed(level), "at {distance} m");
+    }
+}
+
+#[test]
+fn plants_begin_with_the_levels_that_their_distances_ask_for() {
+    let plants = [3.0, 10.0, 30.0].map(|far| plant(PLACE - DVec3::Z * far));
+    let mut bed = Bed::new(vec![kind(usual_blade())], plants.to_vec());
+    let camera = camera(PLACE + DVec3::Y * 0.3, PLACE - DVec3::Z);
+    for _ in 0..2 {
+        // They blend from there on alone.
+        bed.step(&around(&[], &[], &camera), &Levels::default());
+        let details = [0, 1, 2].map(|i| bed.detail(i).unwrap());
+        assert_eq!(details, [[0.0, 0.0], [1.0, 0.0], [2.0, 1.0]]);
+    }
+    let mut bed = alone(usual_blade());
+    bed.step(&around(&[], &[], &camera), &Levels { method: Method::Procedural, ..Levels::default() });
+    assert_eq!(bed.detail(0), Some([0.0, 1.0]));
+}
+
+#[test]
+fn who_is_seen_for_the_first_time_far_away_is_bent_by_the_current() {
+    // At once in view, and after ten seconds.
+    for unseen in [0, 600] {
+        let mut bed = alone(usual_blade());
+        let flow = [current(DVec3::new(0.1, 0.0, 0.0))];
+        let eye = PLACE + DVec3::new(0.0, 0.3, 30.0);
+        for step in 0..=unseen {
+            let at = if step < unseen { eye + DVec3::Z } else { PLACE };
+            bed.step(&around(&flow, &[], &camera(eye, at)), &Levels::default());
+        }
+        assert_eq!(bed.detail(0), Some([2.0, 1.0]));
+        // The segments above the first, which far plants do not compute, are bent as after four seconds near.
+        let mut near = alone(usual_blade());
+        run(&mut near, &flow, DT, 240);
+        let [tip, wanted] = [tip(&mut bed, 0), tip(&mut near, 0)];
+        assert!(tip.distance(wanted) < 0.05, "{unseen}: {tip}, not {wanted}");
+        assert!(tip.x > 0.2, "{unseen}: {tip}");
     }
 }
 

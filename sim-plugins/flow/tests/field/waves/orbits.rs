@@ -1,4 +1,4 @@
-//! Waves and the orbits below them (Coulais et al. 2005, §3.2 and §3.3.1), held against linear theory.
+//! Orbits in all depths, by all kernels, and the surface above them.
 
 use core::f64::consts::TAU;
 
@@ -6,85 +6,15 @@ use fearless_simd::{f32x8, prelude::*};
 use reef_abi as abi;
 use reef_flow::{
     Level,
-    sample::Points,
     waves::{
-        self, Carried, GRAVITY, Lens, Orbit, Rule, Selection, Surface, Train, Trains, WindSea, WindSeaError,
+        self, Surface, Trains,
         bare::{Bare, Scalar},
-        dispersion, reference,
-        spectrum::{CALM, MOST_TRAINS, significant_height},
+        reference,
     },
 };
 
+use super::{at, axes, carried, length, orbit, orbits, path, single, wind_sea};
 use crate::common::Random;
-
-/// One train along θ, with k from ω or ω from k.
-fn single(amplitude: f64, wave_number: f64, depth: f64, heading: f64) -> Train {
-    let frequency = dispersion::frequency(wave_number, depth);
-    Train { amplitude, wave_number, frequency, heading, phase: 0.7 }
-}
-
-fn wind_sea(wind: f64, depth: f64, trains: u32, seed: u64) -> Vec<Train> {
-    let mut random = Random(seed);
-    let sea = WindSea { wind, heading: 0.4, depth, trains };
-    sea.trains(&mut || random.unit()).expect("a sound wind sea")
-}
-
-fn at(trains: &[Train], time: f64) -> Vec<abi::Wave> {
-    trains.iter().map(|train| train.at(time)).collect()
-}
-
-/// Displacement, velocity and acceleration at points relative to `origin`, through the wide kernel.
-fn orbits(
-    level: Level,
-    waves: &[abi::Wave],
-    depth: f64,
-    origin: [f64; 3],
-    points: &[[f32; 3]],
-) -> Vec<[[f32; 3]; 3]> {
-    let mut trains = Trains::new();
-    trains.fill(waves, depth, origin);
-    let mut all = Vec::new();
-    for group in points.chunks(8) {
-        let lanes = |axis: usize| core::array::from_fn(|i| group.get(i).map_or(0.0, |p| p[axis]));
-        let (x, y, z): ([f32; 8], [f32; 8], [f32; 8]) = (lanes(0), lanes(1), lanes(2));
-        let nine: [[f32; 8]; 9] = reef_flow::dispatch!(level, simd => {
-            let p = [f32x8::simd_from(simd, x), f32x8::simd_from(simd, y), f32x8::simd_from(simd, z)];
-            let Orbit { displacement: [dx, dy, dz], velocity: [vx, vy, vz], acceleration: [ax, ay, az] } =
-                waves::orbit(simd, &trains, usize::MAX, p);
-            [dx.into(), dy.into(), dz.into(), vx.into(), vy.into(), vz.into(), ax.into(), ay.into(), az.into()]
-        });
-        all.extend(
-            (0..group.len()).map(|i| [0, 3, 6].map(|first| [0, 1, 2].map(|axis| nine[first + axis][i]))),
-        );
-    }
-    all
-}
-
-fn orbit(waves: &[abi::Wave], depth: f64, p: [f64; 3]) -> [[f64; 3]; 3] {
-    orbits(Level::best(), waves, depth, [0.0; 3], &[p.map(|c| c as f32)])[0].map(|v| v.map(f64::from))
-}
-
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|c| c * c).sum::<f64>().sqrt()
-}
-
-/// The positions of one period, along the heading and upward.
-fn path(train: &Train, depth: f64, p: [f64; 3]) -> Vec<[f64; 2]> {
-    let (sine, cosine) = train.heading.sin_cos();
-    (0..=64)
-        .map(|i| {
-            let time = TAU / train.frequency * f64::from(i) / 64.0;
-            let [d, _, _] = orbit(&[train.at(time)], depth, p);
-            assert!((d[0] * sine - d[2] * cosine).abs() < 1e-6 * length(d), "nothing moves across");
-            [d[0] * cosine + d[2] * sine, d[1]]
-        })
-        .collect()
-}
-
-/// Greatest excursion along the heading and upward.
-fn axes(path: &[[f64; 2]]) -> [f64; 2] {
-    [0, 1].map(|axis| path.iter().map(|p| p[axis].abs()).fold(0.0, f64::max))
-}
 
 #[test]
 fn in_deep_water_an_orbit_is_a_circle_of_radius_r_exp_ky_and_period_two_pi_over_omega() {
@@ -240,9 +170,9 @@ fn velocity_and_acceleration_are_what_the_displacement_does_in_time() {
         let h = 1e-4;
         for p in [[0.0, -0.1, 0.0], [3.0, -0.5, -2.0], [-7.0, -0.79, 5.0]] {
             // The differences in f64; the kernel's own are held against them.
-            let [before, _, _] = reference::orbit(&at64(&trains, 2.0 - h), depth, p);
-            let [here, v64, a64] = reference::orbit(&at64(&trains, 2.0), depth, p);
-            let [after, _, _] = reference::orbit(&at64(&trains, 2.0 + h), depth, p);
+            let [before, _, _] = reference::orbit(&at(&trains, 2.0 - h), depth, p);
+            let [here, v64, a64] = reference::orbit(&at(&trains, 2.0), depth, p);
+            let [after, _, _] = reference::orbit(&at(&trains, 2.0 + h), depth, p);
             let [_, v, a] = orbit(&at(&trains, 2.0), depth, p);
             for i in 0..3 {
                 let speed = (after[i] - before[i]) / (2.0 * h);
@@ -253,113 +183,6 @@ fn velocity_and_acceleration_are_what_the_displacement_does_in_time() {
             }
         }
     }
-}
-
-fn at64(trains: &[Train], time: f64) -> Vec<abi::Wave> {
-    at(trains, time)
-}
-
-#[test]
-fn the_significant_height_is_that_of_pierson_and_moskowitz_for_any_number_of_trains() {
-    for wind in [1.0, 5.0, 10.0, 25.0] {
-        let printed = 0.209 * wind * wind / GRAVITY;
-        for count in [1, 2, 10, 30, 100, MOST_TRAINS] {
-            let trains = wind_sea(wind, 5000.0, count, 1);
-            assert_eq!(trains.len(), count as usize);
-            let energy: f64 = trains.iter().map(|t| 0.5 * t.amplitude * t.amplitude).sum();
-            let height = 4.0 * energy.sqrt();
-            assert!((height / printed - 1.0).abs() < 0.02, "{wind} m/s, {count}: {height} {printed}");
-            assert!((height / significant_height(wind) - 1.0).abs() < 1e-12);
-        }
-    }
-}
-
-#[test]
-fn the_trains_follow_the_spectrum_band_by_band() {
-    // With many trains, energy below each frequency is the integral that they were cut from; the peak is at
-    // 0.877 g/U.
-    let wind = 8.0;
-    let trains = wind_sea(wind, 1e5, 200, 4);
-    let all: f64 = trains.iter().map(|t| t.amplitude * t.amplitude).sum();
-    for omega in [0.9, 1.1, 1.3, 1.6, 2.0, 2.6] {
-        let below: f64 =
-            trains.iter().filter(|t| t.frequency < omega).map(|t| t.amplitude * t.amplitude).sum();
-        let printed = (-0.74 * (GRAVITY / wind / omega).powi(4)).exp();
-        // A band holds up to 2 % at the peak.
-        assert!((below / all - printed).abs() < 0.02, "{omega}: {} {printed}", below / all);
-    }
-    let peak = trains.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).expect("trains");
-    assert!(trains.windows(2).all(|w| w[0].amplitude >= w[1].amplitude), "greatest first");
-    // Bands are even in the logarithm: their energy is greatest where ω S is, at 1.057 of the peak.
-    assert!((peak.frequency / (1.057 * 0.877 * GRAVITY / wind) - 1.0).abs() < 0.02, "{}", peak.frequency);
-}
-
-#[test]
-fn headings_spread_as_cos_squared_around_the_winds() {
-    let mut sums = [0.0; 3];
-    for seed in 0..40 {
-        for train in wind_sea(9.0, 100.0, 30, seed) {
-            let off = train.heading - 0.4;
-            assert!(off.abs() <= 0.25 * TAU);
-            let energy = train.amplitude * train.amplitude;
-            sums = [sums[0] + energy, sums[1] + energy * off, sums[2] + energy * off * off];
-        }
-    }
-    let mean = sums[1] / sums[0];
-    let variance = sums[2] / sums[0] - mean * mean;
-    // A cos² law over the half circle has the variance π²/12 − ½ = 0.3225.
-    assert!(mean.abs() < 0.03, "{mean}");
-    assert!((variance - 0.3225).abs() < 0.02, "{variance}");
-}
-
-#[test]
-fn the_dispersion_relation_holds_to_a_millionth_in_all_depths() {
-    for i in 0..400 {
-        let omega = 0.01 * 1.02_f64.powi(i);
-        for depth in [1e-3, 0.05, 1.0, 5.0, 60.0, 11_000.0, f64::INFINITY] {
-            let k = dispersion::wave_number(omega, depth);
-            let truth = omega * omega / GRAVITY;
-            let residual = k * (k * depth).tanh() / truth - 1.0;
-            assert!(residual.abs() < 1e-12, "ω {omega} h {depth}: {residual:e}");
-            assert!((dispersion::frequency(k, depth) / omega - 1.0).abs() < 1e-12);
-        }
-    }
-    // What plugins see, in f32.
-    for depth in [0.5, 3.0, 50.0] {
-        for wave in at(&wind_sea(2.0, depth, 30, 2), 0.0) {
-            let (k, omega) = (f64::from(wave.wave_number), f64::from(wave.frequency));
-            assert!((omega * omega / (GRAVITY * k * (k * depth).tanh()) - 1.0).abs() < 1e-6);
-        }
-    }
-}
-
-#[test]
-fn without_wind_nothing_moves() {
-    for wind in [0.0, 0.5 * CALM] {
-        assert_eq!(wind_sea(wind, 5.0, 30, 1), []);
-        assert_eq!(significant_height(wind), 0.0);
-    }
-    for d in orbits(Level::best(), &[], 5.0, [0.0; 3], &[[1.0, -2.0, 3.0]; 11]) {
-        assert_eq!(d, [[0.0; 3]; 3]);
-    }
-    let (x, y, z) = (vec![0.3; 21], vec![-1.0; 21], vec![7.5; 21]);
-    let moved = carried(Level::best(), &Trains::new(), usize::MAX, [&x, &y, &z]);
-    assert_eq!(moved[..3], [x, y, z]);
-    assert!(moved[3..].iter().flatten().all(|v| *v == 0.0));
-}
-
-#[test]
-fn a_wind_sea_that_makes_no_sense_is_refused_by_name() {
-    let sound = WindSea { wind: 5.0, heading: 0.0, depth: 5.0, trains: 30 };
-    let refused = |sea: WindSea| sea.trains(&mut || 0.5).expect_err("no such sea");
-    assert_eq!(refused(WindSea { wind: -1.0, ..sound }), WindSeaError::Wind(-1.0));
-    assert!(matches!(refused(WindSea { wind: f64::NAN, ..sound }), WindSeaError::Wind(_)));
-    assert!(matches!(refused(WindSea { heading: f64::INFINITY, ..sound }), WindSeaError::Heading(_)));
-    assert_eq!(refused(WindSea { depth: 0.0, ..sound }), WindSeaError::Depth(0.0));
-    assert_eq!(refused(WindSea { depth: -3.0, ..sound }), WindSeaError::Depth(-3.0));
-    assert_eq!(refused(WindSea { trains: 0, ..sound }), WindSeaError::Trains(0));
-    let told = refused(WindSea { trains: 100_000, ..sound }).to_string();
-    assert!(told.contains("100000") && told.contains("1 to 256"), "{told}");
 }
 
 #[test]
@@ -437,15 +260,6 @@ fn the_bare_kernels_compute_the_same_orbits() {
         }
     }
     assert_eq!((bare.evaluations(), scalar.evaluations()), (512 * 30, 512 * 30));
-}
-
-/// The nine slices' way: positions, then velocities.
-fn carried(level: Level, trains: &Trains, count: usize, [x, y, z]: [&[f32]; 3]) -> [Vec<f32>; 6] {
-    let mut out: [Vec<f32>; 6] = core::array::from_fn(|_| vec![f32::NAN; x.len()]);
-    let [px, py, pz, vx, vy, vz] = &mut out;
-    let to = Carried { position: [px, py, pz], velocity: [vx, vy, vz] };
-    waves::carry(level, trains, count, Points { x, y, z }, to);
-    out
 }
 
 #[test]
@@ -526,115 +340,4 @@ fn orbits_are_the_same_from_any_origin_and_a_day_later() {
     for i in 0..3 {
         assert!((near[0][i] - far[0][i]).abs() < 2e-6 && (near[1][i] - far[1][i]).abs() < 4e-6);
     }
-}
-
-/// The paper's view: 480 pixels high, 60 degrees.
-fn camera() -> abi::Camera {
-    abi::Camera { fov_y: 60.0_f32.to_radians(), width: 640, height: 480, ..abi::Camera::default() }
-}
-
-/// Where a point in front of a camera at the origin that looks along −z appears [px].
-fn project(lens: Lens, p: [f64; 3]) -> [f64; 2] {
-    [lens.focal * p[0] / -p[2], lens.focal * p[1] / -p[2]]
-}
-
-/// Greatest error on the screen over random particles at `distance` [m], at the camera's own depth, when
-/// `count` says how many trains are left for a height, the distance, and z²/d; and the mean number of them.
-fn screen_error(
-    trains: &[Train],
-    depth: f64,
-    distance: f64,
-    count: impl Fn(f64, f64, f64) -> usize,
-) -> (f64, f64) {
-    let lens = Lens::new(&camera());
-    let (half_x, half_y) = (320.0 / lens.focal, 240.0 / lens.focal);
-    let mut random = Random(distance.to_bits());
-    let (mut worst, mut kept): (f64, usize) = (0.0, 0);
-    for time in 0..150 {
-        let waves = at(trains, f64::from(time) * 0.37);
-        for _ in 0..4 {
-            // A direction inside of the picture, and the eye so deep that the particle is below still water.
-            let way = [random.within(-half_x, half_x), random.within(-half_y, half_y), -1.0];
-            let center = way.map(|c| c / length(way) * distance);
-            let y = -random.unit().powi(3) * depth;
-            let world = [center[0] + 3.0, y, center[2]];
-            let kept_here = count(y, distance, center[2] * center[2] / distance).min(waves.len());
-            kept += kept_here;
-            let [all, ..] = reference::orbit(&waves, depth, world);
-            let [part, ..] = reference::orbit(&waves[..kept_here], depth, world);
-            let seen = [all, part].map(|d| project(lens, [0, 1, 2].map(|i| center[i] + d[i])));
-            worst = worst.max((seen[0][0] - seen[1][0]).hypot(seen[0][1] - seen[1][1]));
-        }
-    }
-    (worst, kept as f64 / 600.0)
-}
-
-#[test]
-fn what_train_selection_leaves_out_stays_below_its_threshold_on_the_screen() {
-    let lens = Lens::new(&camera());
-    assert!((lens.focal - 240.0 / 30.0_f64.to_radians().tan()).abs() < 1e-3);
-    let mut papers_worst: f64 = 0.0;
-    for (wind, depth) in [(5.0, 60.0), (5.0, 5.0), (3.0, 1.5), (10.0, 2000.0)] {
-        let trains = wind_sea(wind, depth, 30, 5);
-        let waves = at(&trains, 0.0);
-        for threshold in [0.5, 1.0, 4.0] {
-            let selection = Selection::new(&waves, depth, lens, threshold, Rule::Sum, [-depth, 0.0]);
-            let each = Selection::new(&waves, depth, lens, threshold, Rule::Each, [-depth, 0.0]);
-            for distance in [2.0, 6.0, 12.0, 20.0, 30.0, 60.0] {
-                let anywhere = |y: f64, distance: f64, _: f64| selection.count(y as f32, distance as f32);
-                let (error, most) = screen_error(&trains, depth, distance, anywhere);
-                assert!(error < threshold, "U {wind} h {depth}, {distance} m: {error} px of {threshold}");
-                let there = |y: f64, distance: f64, shown: f64| {
-                    selection.count_at(y as f32, distance as f32, shown as f32)
-                };
-                let (error, kept) = screen_error(&trains, depth, distance, there);
-                assert!(error < threshold, "U {wind} h {depth}, {distance} m: {error} px of {threshold}");
-                // Where it is in the picture tells more than the distance alone.
-                assert!(kept <= most, "{kept} of {most}");
-                let paper = |y: f64, distance: f64, _: f64| each.count(y as f32, distance as f32);
-                let (papers, papers_kept) = screen_error(&trains, depth, distance, paper);
-                papers_worst = papers_worst.max(papers / threshold);
-                println!(
-                    "U {wind} h {depth} A_min {threshold} at {distance} m: sum rule {kept:.1} trains, {error:.2} px; \
-                     the paper's {papers_kept:.1}, {papers:.2} px"
-                );
-            }
-        }
-    }
-    // Its rule bounds one train, not their sum: were this test blind, it would not see that.
-    assert!(papers_worst > 1.0, "{papers_worst}");
-}
-
-#[test]
-fn the_papers_rule_takes_the_trains_whose_own_amplitude_is_seen() {
-    let waves = at(&wind_sea(5.0, 60.0, 30, 5), 0.0);
-    let lens = Lens::new(&camera());
-    let each = Selection::new(&waves, 60.0, lens, 1.0, Rule::Each, [-60.0, 0.0]);
-    for i in 1..300 {
-        let distance = 0.2 * f64::from(i);
-        let exact = |distance: f64| {
-            waves.iter().filter(|wave| f64::from(wave.amplitude) * lens.focal >= distance).count()
-        };
-        // The table's steps are an eighth of an octave.
-        let count = each.count(-1.0, distance as f32);
-        assert!((exact(distance)..=exact(distance / 1.125)).contains(&count), "{count} at {distance} m");
-        assert_eq!(each.count(-20.0, distance as f32), count);
-    }
-}
-
-#[test]
-fn selection_takes_all_trains_from_nearby_and_ever_fewer_from_afar_and_below() {
-    let waves = at(&wind_sea(5.0, 100.0, 30, 5), 0.0);
-    let selection = Selection::new(&waves, 100.0, Lens::new(&camera()), 1.0, Rule::Sum, [-100.0, 0.0]);
-    let by_distance: Vec<usize> = (0..200).map(|i| selection.count(-1.0, 0.5 * i as f32)).collect();
-    assert_eq!(by_distance[0], 30);
-    assert!(by_distance.windows(2).all(|w| w[0] >= w[1]));
-    let by_depth: Vec<usize> = (0..200).map(|i| selection.count(-0.5 * i as f32, 12.0)).collect();
-    assert!(by_depth.windows(2).all(|w| w[0] >= w[1]));
-    assert!(by_depth[0] > 20 && by_depth[199] == 0, "{} {}", by_depth[0], by_depth[199]);
-    assert_eq!(
-        Selection::new(&[], 5.0, Lens::new(&camera()), 1.0, Rule::Sum, [-5.0, 0.0]).count(-1.0, 1.0),
-        0
-    );
-    assert_eq!(selection.count(f32::NAN, f32::NAN), 30);
 }
