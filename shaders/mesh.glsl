@@ -83,7 +83,19 @@ struct Part {
     uint first_index;
     vec3 base;             // the object's origin in eye space
     uint shares;           // of the pixels: from, to, 16 bits each
+    uint first_rest;       // its level's first vertex, in all vertices at rest
+    uint first_bone;       // that vertex's first influence, in all bones
+    uint vertices;         // 0: another instance has them
+    uint triangles;
+    uint how;              // influences that are read, words a vertex in the bones << 8, HOW_...
+    uint palette;          // its first moved joint
+    float scale;
+    uint end;              // 0: records are whole texels
 };
+
+#define HOW_DUAL 0x10000u
+#define HOW_RIGID 0x20000u
+#define HOW_ANEW 0x40000u
 
 #define PART_THREADS 4u     // a part may have four vertices
 #define GROUP_PARTS 8u      // so many parts are one workgroup's: to begin one costs a software device as much as a part
@@ -93,9 +105,10 @@ struct Part {
 struct MeshDraws {
     IndexedDraw commands[BINS];
     Groups groups;         // over the parts that are drawn
-    Groups light_groups;   // over all vertices
+    Groups light_groups;   // over the vertices that may be lit by themselves
     uint parts;            // that are drawn, with those that did not fit
     uint vertices;
+    uint lit;              // vertices before this may be lit by themselves; none after it is
     uint triangles;
     uint drawn;            // parts that are drawn
     uint left_out;         // parts that did not fit

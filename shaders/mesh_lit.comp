@@ -41,7 +41,7 @@ Material material_at(uint index) {
 void main() {
     uint vertex = gl_GlobalInvocationID.x;
     int at = int(vertex * 3u);
-    bool there = vertex < draw.vertices;
+    bool there = vertex < draw.lit;
     uvec4 tissue = there ? imageLoad(vertices, at + 2) : uvec4(0u);
     uint index = tissue.w;
     Part part = part_at(parts, index);

@@ -36,8 +36,21 @@ void put(uint at, vec4 texel) {
 }
 
 void put_part(uint index, Part part) {
-    imageStore(parts, int(2u * index), uvec4(part.level, part.bin, part.first_vertex, part.first_index));
-    imageStore(parts, int(2u * index + 1u), uvec4(floatBitsToUint(part.base), part.shares));
+    int at = int(4u * index);
+    imageStore(parts, at, uvec4(part.level, part.bin, part.first_vertex, part.first_index));
+    imageStore(parts, at + 1, uvec4(floatBitsToUint(part.base), part.shares));
+    imageStore(parts, at + 2, uvec4(part.first_rest, part.first_bone, part.vertices, part.triangles));
+    imageStore(parts, at + 3, uvec4(part.how, part.palette, floatBitsToUint(part.scale), part.end));
+}
+
+/// The part with what is read of its level. `own`: its vertices are no other instance's.
+Part of_level(Part part, Mesh mesh, Level level, bool own) {
+    part.first_rest = mesh.first_vertex + level.first_vertex;
+    part.first_bone = mesh.first_bone + level.first_vertex * mesh.influences;
+    part.vertices = own ? level.vertices : 0u;
+    part.triangles = level.triangles;
+    part.how |= (part.how & HOW_ANEW) != 0u ? 0u : level.influences;
+    return part;
 }
 
 /// Whether a sphere is surely outside of the picture.
@@ -108,6 +121,14 @@ void main() {
     part.first_index = 0u;
     part.base = base;
     part.shares = 0u;
+    part.first_rest = 0u;
+    part.first_bone = 0u;
+    part.vertices = 0u;
+    part.triangles = 0u;
+    part.how = mesh.influences << 8 | (dual ? HOW_DUAL : 0u) | (rigid ? HOW_RIGID : 0u) | (anew ? HOW_ANEW : 0u);
+    part.palette = instance.palette;
+    part.scale = instance.scale;
+    part.end = 0u;
     Part other = part;
     bool outside = culled(center, radius);
     bool seen = instance.fade < 1.0 && (uint(outside) & push.use_lod) == 0u;
@@ -121,6 +142,7 @@ void main() {
     }
     uint next = min(chosen + 1u, mesh.level_count - 1u);
     float error = level_at(levels, mesh.first_level + next).error * stretch * pixels;
+    bool own = instance.vertices_of == index;
     float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0) * float(push.use_lod);
     coarser = next != chosen ? coarser : 0.0;
     float there = 1.0 - instance.fade;
@@ -135,7 +157,9 @@ void main() {
     other.bin = part.bin;
     // Blades that are thinner than some pixels.
     bool leaf = !veil && !anew && (mesh.flags & MESH_TWO_SIDED) != 0u;
-    vec2 slim = vec2(level_at(levels, mesh.first_level + chosen).slim, level_at(levels, mesh.first_level + next).slim);
+    Level fine = level_at(levels, mesh.first_level + chosen);
+    Level coarse = level_at(levels, mesh.first_level + next);
+    vec2 slim = vec2(fine.slim, coarse.slim);
     bvec2 thin = lessThan(slim * (stretch * pixels), vec2(THIN_HALF));
     uint thin_bin = lit ? BIN_LIT_THIN : BIN_THIN;
     part.bin = leaf && thin.x ? thin_bin : part.bin;
@@ -144,6 +168,6 @@ void main() {
     other.level = seen && coarser > 0.0 ? mesh.first_level + next : NOT_DRAWN;
     part.shares = packUnorm2x16(vec2(coarser, 1.0) * there);
     other.shares = packUnorm2x16(vec2(0.0, coarser) * there);
-    put_part(2u * index, part);
-    put_part(2u * index + 1u, other);
+    put_part(2u * index, of_level(part, mesh, fine, own));
+    put_part(2u * index + 1u, of_level(other, mesh, coarse, own));
 }

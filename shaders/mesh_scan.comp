@@ -6,14 +6,11 @@
 
 #include "fibre.glsl"
 #include "mesh.glsl"
-#include "mesh_texels.glsl"
 
 #define THREADS 256
 
 layout(local_size_x = THREADS) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer instances;
-layout(set = 0, binding = 1) uniform usamplerBuffer levels;
 layout(set = 0, binding = 2, scalar) buffer Parts { Part parts[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer Drawn { MeshDraws draw; };
 layout(set = 0, binding = 4, scalar) writeonly buffer Order { uint order[]; }; // parts that are drawn
@@ -22,13 +19,13 @@ layout(push_constant, scalar) uniform MeshScanPush {
     uint part_count;
     uint vertex_limit;
     uint index_limit;
-    uint groups_x;       // workgroups along x at most
-    uint first_instance; // texels
+    uint groups_x;     // workgroups along x at most
 } push;
 
 /// What some parts need.
 struct Needs {
-    uint vertices;
+    uint lit;          // vertices of what is lit at its vertices: these come first
+    uint others;
     uint parts;
     uint left_out;
     uint indices[BINS];
@@ -43,9 +40,15 @@ uint plus(uint a, uint b) {
     return sum < a ? 0xffffffffu : sum;
 }
 
+/// Whether what is in a bin is lit at its vertices.
+bool is_lit(uint bin) {
+    return bin < BIN_PIXEL || bin == BIN_LIT_VEIL || bin == BIN_LIT_THIN;
+}
+
 Needs nothing() {
     Needs n;
-    n.vertices = 0u;
+    n.lit = 0u;
+    n.others = 0u;
     n.parts = 0u;
     n.left_out = 0u;
     for (uint b = 0u; b < BINS; b++) n.indices[b] = 0u;
@@ -59,12 +62,12 @@ void main() {
     uint to = min(from + chunk, push.part_count);
     Needs own = nothing();
     for (uint i = from; i < to; i++) {
-        uint level = parts[i].level;
-        if (level == NOT_DRAWN) continue;
+        if (parts[i].level == NOT_DRAWN) continue;
         own.parts++;
-        uint vertices = instance_at(instances, push.first_instance, i >> 1).vertices_of == i >> 1 ? level_at(levels, level).vertices : 0u;
-        own.vertices = plus(own.vertices, vertices);
-        own.indices[parts[i].bin] = plus(own.indices[parts[i].bin], level_at(levels, level).triangles * 3u);
+        uint bin = parts[i].bin;
+        own.lit = plus(own.lit, is_lit(bin) ? parts[i].vertices : 0u);
+        own.others = plus(own.others, is_lit(bin) ? 0u : parts[i].vertices);
+        own.indices[bin] = plus(own.indices[bin], parts[i].triangles * 3u);
     }
     needs[thread] = own;
     barrier();
@@ -74,7 +77,8 @@ void main() {
         for (uint t = 0u; t < uint(THREADS); t++) {
             Needs of = needs[t];
             needs[t] = before;
-            before.vertices = plus(before.vertices, of.vertices);
+            before.lit = plus(before.lit, of.lit);
+            before.others = plus(before.others, of.others);
             before.parts += of.parts;
             for (uint b = 0u; b < BINS; b++) before.indices[b] = plus(before.indices[b], of.indices[b]);
         }
@@ -93,40 +97,49 @@ void main() {
     // A part that does not fit keeps its place, in which nothing shows.
     uint left_out = 0u;
     uint fit_vertices = 0u;
+    uint fit_lit = 0u;
+    at.others = plus(at.others, totals.lit);
     for (uint i = from; i < to; i++) {
-        uint level = parts[i].level;
-        if (level == NOT_DRAWN) continue;
+        if (parts[i].level == NOT_DRAWN) continue;
         uint bin = parts[i].bin;
-        uint vertices = instance_at(instances, push.first_instance, i >> 1).vertices_of == i >> 1 ? level_at(levels, level).vertices : 0u;
-        uint indices = level_at(levels, level).triangles * 3u;
+        bool lit = is_lit(bin);
+        uint vertices = parts[i].vertices;
+        uint first_vertex = lit ? at.lit : at.others;
+        uint end = plus(first_vertex, vertices);
+        uint indices = parts[i].triangles * 3u;
         // What is thin is drawn from far to near: the other way round than all parts.
         uint behind = 2u * first[bin] + totals.indices[bin] - at.indices[bin] - indices;
         uint first_index = bin >= BIN_THIN ? behind : at.indices[bin];
-        bool fits = plus(at.vertices, vertices) <= push.vertex_limit
+        bool fits = end <= push.vertex_limit
             && plus(first_index, indices) <= push.index_limit;
-        parts[i].first_vertex = at.vertices;
+        parts[i].first_vertex = first_vertex;
         parts[i].first_index = first_index;
         parts[i].bin = fits ? bin : bin | LEFT_OUT;
         order[at.parts] = i;
         left_out += fits ? 0u : 1u;
-        fit_vertices = fits ? at.vertices + vertices : fit_vertices;
+        fit_vertices = fits ? max(fit_vertices, end) : fit_vertices;
+        fit_lit = fits && lit ? max(fit_lit, end) : fit_lit;
         at.parts++;
-        at.vertices = plus(at.vertices, vertices);
+        at.lit = lit ? end : at.lit;
+        at.others = lit ? at.others : end;
         at.indices[bin] = plus(at.indices[bin], indices);
     }
     barrier();
     own.left_out = left_out;
-    own.vertices = fit_vertices;
+    own.others = fit_vertices;
+    own.lit = fit_lit;
     needs[thread] = own;
     barrier();
     if (thread == 0u) {
         uint drawn = 0u;
         uint vertices = 0u;
+        uint lit = 0u;
         uint left = 0u;
         for (uint t = 0u; t < uint(THREADS); t++) {
             drawn += needs[t].parts;
             left += needs[t].left_out;
-            vertices = max(vertices, needs[t].vertices);
+            vertices = max(vertices, needs[t].others);
+            lit = max(lit, needs[t].lit);
         }
         for (uint b = 0u; b < BINS; b++) {
             uint end = min(plus(first[b], totals.indices[b]), push.index_limit);
@@ -134,9 +147,10 @@ void main() {
         }
         uint groups = (drawn + GROUP_PARTS - 1u) / GROUP_PARTS;
         draw.groups = Groups(min(groups, push.groups_x), (groups + push.groups_x - 1u) / push.groups_x, 1u);
-        draw.light_groups = Groups((vertices + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u);
+        draw.light_groups = Groups((lit + LIGHT_THREADS - 1u) / LIGHT_THREADS, 1u, 1u);
         draw.parts = drawn;
         draw.vertices = vertices;
+        draw.lit = lit;
         draw.triangles = sum / 3u;
         draw.drawn = drawn - left;
         draw.left_out = left;

@@ -18,8 +18,6 @@ struct DrawVertex {
 };
 
 layout(set = 0, binding = 1) uniform usamplerBuffer instances;
-layout(set = 0, binding = 2) uniform usamplerBuffer meshes;
-layout(set = 0, binding = 3) uniform usamplerBuffer levels;
 layout(set = 0, binding = 4) uniform usamplerBuffer rest_vertices;
 layout(set = 0, binding = 5) uniform usamplerBuffer bones;
 layout(set = 0, binding = 6) uniform usamplerBuffer palette;
@@ -47,12 +45,13 @@ struct Moved {
     float scale;
 };
 
-Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVertex rest) {
+Moved skinned(Part part, uint number, RestVertex rest) {
     vec3 v = rest.position;
     vec3 n = unpacked_normal(rest.normal);
-    bool dual = (mesh.flags & MESH_DUAL) != 0u;
-    bool rigid = (instance.flags & RIGID) != 0u;
-    uint first = mesh.first_bone + vertex * mesh.influences;
+    bool dual = (part.how & HOW_DUAL) != 0u;
+    bool rigid = (part.how & HOW_RIGID) != 0u;
+    uint influences = part.how & 0xffu;
+    uint first = part.first_bone + number * (part.how >> 8 & 0xffu);
     vec4 rows[3];
     rows[0] = vec4(0.0);
     rows[1] = vec4(0.0);
@@ -67,7 +66,7 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
         for (uint i = max(first, 4u * texel); i < last; i++) {
             uint bone = four[i & 3u];
             float weight = float(bone >> 16) / 65535.0;
-            uint at = (instance.palette + (bone & 0xffffu)) * 3u;
+            uint at = (part.palette + (bone & 0xffffu)) * 3u;
             vec4 a = floats_at(palette, at);
             // A rotation and its negative are the same: all are summed on the side of the first.
             side = i == first ? a : side;
@@ -79,7 +78,7 @@ Moved skinned(Instance instance, Mesh mesh, uint influences, uint vertex, RestVe
         }
     }
     Moved m;
-    m.thickness = rest.thickness * instance.scale;
+    m.thickness = rest.thickness * part.scale;
     if (dual) {
         float unit = inversesqrt(max(dot(rows[0], rows[0]), 1e-20));
         vec4 q = rows[0] * unit;
@@ -153,22 +152,20 @@ void main() {
     if (number >= draw.parts) return;
     uint index = order[number];
     Part part = part_at(parts, index);
-    Instance instance = instance_at(instances, push.first_instance, index >> 1);
-    if ((part.bin & LEFT_OUT) != 0u || instance.vertices_of != index >> 1) return;
-    Mesh mesh = mesh_at(meshes, instance.mesh);
-    Level level = level_at(levels, part.level);
-    bool anew = (instance.flags & DRAWN_ANEW) != 0u;
-    for (uint i = gl_LocalInvocationID.x % PART_THREADS; i < level.vertices; i += PART_THREADS) {
-        uint vertex = level.first_vertex + i;
-        RestVertex rest = rest_vertex_at(rest_vertices, mesh.first_vertex + vertex);
-        Moved m = skinned(instance, mesh, anew ? 0u : level.influences, vertex, rest);
+    if ((part.bin & LEFT_OUT) != 0u) return;
+    bool anew = (part.how & HOW_ANEW) != 0u;
+    for (uint i = gl_LocalInvocationID.x % PART_THREADS; i < part.vertices; i += PART_THREADS) {
+        RestVertex rest = rest_vertex_at(rest_vertices, part.first_rest + i);
+        Moved m = skinned(part, i, rest);
         // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
-        for (uint once = anew ? 0u : 1u; once < 1u; once++) m = made_anew(instance, vertex);
+        for (uint once = anew ? 0u : 1u; once < 1u; once++) {
+            m = made_anew(instance_at(instances, push.first_instance, index >> 1), i);
+        }
         vec3 p = part.base + m.p;
         vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));
         vec2 across = vec2(0.0, NO_ROW);
         for (uint once = part.bin < BIN_THIN ? 1u : 0u; once < 1u; once++) {
-            RestRow row = rest_row_at(rest_rows, mesh.first_vertex + vertex);
+            RestRow row = rest_row_at(rest_rows, part.first_rest + i);
             across = widened(p, m, row, part.bin == BIN_LIT_THIN ? LIT_EDGE : EDGE);
         }
         vec4 clip = view.clip_from_eye * vec4(p, 1.0);

@@ -74,7 +74,9 @@ Instance instance_at(usamplerBuffer instances, uint first, uint index) {
 }
 
 Part part_at(usamplerBuffer parts, uint index) {
-    uvec4 a = texel_at(parts, 2u * index);
-    uvec4 b = texel_at(parts, 2u * index + 1u);
-    return Part(a.x, a.y, a.z, a.w, uintBitsToFloat(b.xyz), b.w);
+    uvec4 a = texel_at(parts, 4u * index);
+    uvec4 b = texel_at(parts, 4u * index + 1u);
+    uvec4 c = texel_at(parts, 4u * index + 2u);
+    uvec4 d = texel_at(parts, 4u * index + 3u);
+    return Part(a.x, a.y, a.z, a.w, uintBitsToFloat(b.xyz), b.w, c.x, c.y, c.z, c.w, d.x, d.y, uintBitsToFloat(d.z), d.w);
 }

@@ -16,9 +16,9 @@ use reef_streams::{
 use super::{
     Quality, Settings, Shot,
     device_tests::{SIZE, blackboard, decoded, keep, open},
-    meshes::sample::Models,
+    meshes::{records::BIN_LIT_THIN, sample::Models},
     sample,
-    texture_tests::{board_of, grey, white},
+    texture_tests::{board_of, grey, sheet_of, white},
 };
 use crate::Studio;
 
@@ -88,6 +88,30 @@ fn a_thin_leaf_is_bright_from_both_sides_and_a_thick_one_from_one() {
         let some = seen("dim", 0.005, 0.9, -1.0) - opaque;
         assert!((some / none - (-1.0_f32).exp()).abs() < 0.03, "{quality:?}: {some} of {none}");
     }
+    drop(studio);
+    assert_eq!(gpu.close(), Vec::<String>::new());
+}
+
+#[test]
+fn a_blade_thinner_than_a_pixel_is_lit_alike_from_both_sides() {
+    let Some(gpu) = open() else { return };
+    let mut studio = Studio::new(&gpu, SIZE).expect("a studio");
+    let environment = sunlit(Vec3::Z);
+    let mut blade = sheet_of(grey(1, 1, |_, _| 0), [0.0, 1.0], abi::MESH_TWO_SIDED, 0.03, [0.003, 0.3]);
+    blade.materials = leaf(0.03, 0.0).materials;
+    for quality in BOTH {
+        let mut seen = |name: &str, rotation: [f32; 4]| {
+            blade.joints[0].rotation = rotation;
+            let picture = shoot(&mut studio, name, &blade, (&environment, ahead()), quality);
+            (0..SIZE.0).map(|x| light(&picture, (x as f32 + 0.5) / SIZE.0 as f32, 0.5)).sum::<f32>()
+        };
+        let face = seen("blade", [0.0, 0.0, 0.0, 1.0]);
+        let back = seen("turned-blade", [0.0, 1.0, 0.0, 0.0]);
+        assert!(face > 0.1 && (back / face - 1.0).abs() < 0.03, "{quality:?}: {face} before, {back} behind");
+    }
+    let counts = studio.renderer().meshes().counts().expect("read back");
+    let thin = counts.commands[BIN_LIT_THIN].indices;
+    assert!(thin > 0 && counts.lit == counts.vertices, "it is lit at its vertices: {counts:?}");
     drop(studio);
     assert_eq!(gpu.close(), Vec::<String>::new());
 }

@@ -50,7 +50,7 @@ impl Thresholds {
     pub fn of(quality: Quality) -> Self {
         match quality {
             Quality::Low => {
-                Self { ring_step: 4.0, side_error: 0.4, lit_ribbon: 6.0, mesh_error: 1.0, lit_mesh: 48.0 }
+                Self { ring_step: 4.0, side_error: 0.4, lit_ribbon: 6.0, mesh_error: 1.5, lit_mesh: 48.0 }
             }
             Quality::High => Self::default(),
         }

@@ -49,9 +49,20 @@ pub(super) fn board(texture: Texture, [from, to]: [f32; 2]) -> Outputs {
 }
 
 /// The same as a mesh with these flags, so thick [m].
-pub(super) fn board_of(texture: Texture, [from, to]: [f32; 2], flags: u32, thickness: f32) -> Outputs {
+pub(super) fn board_of(texture: Texture, range: [f32; 2], flags: u32, thickness: f32) -> Outputs {
+    sheet_of(texture, range, flags, thickness, [1.0; 2])
+}
+
+/// The same with this width and height [m].
+pub(super) fn sheet_of(
+    texture: Texture,
+    [from, to]: [f32; 2],
+    flags: u32,
+    thickness: f32,
+    [width, height]: [f32; 2],
+) -> Outputs {
     let vertex = |x: f32, y: f32| abi::MeshVertex {
-        position: [x - 0.5, y - 0.5, 0.0],
+        position: [width * (x - 0.5), height * (y - 0.5), 0.0],
         normal: abi::pack_normal([0.0, 0.0, 1.0]),
         uv: [from + (to - from) * x, y],
         thickness,

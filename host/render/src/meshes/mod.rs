@@ -192,16 +192,7 @@ impl Meshes {
         let index_limit = (b.index.size() / 4) as u32;
         frame
             .pass("meshes: offsets")
-            .bind(
-                &self.scan,
-                &[
-                    (0, instances.into()),
-                    (1, (&books.levels).into()),
-                    (2, (&b.parts).into()),
-                    (3, (&b.draw).into()),
-                    (4, (&b.order).into()),
-                ],
-            )
+            .bind(&self.scan, &[(2, (&b.parts).into()), (3, (&b.draw).into()), (4, (&b.order).into())])
             .run(|cmd| {
                 cmd.pipeline(&self.scan)?;
                 cmd.push(&ScanPush {
@@ -209,7 +200,6 @@ impl Meshes {
                     vertex_limit: (b.vertex.size() / (VERTEX_WORDS as u64 * 4)) as u32,
                     index_limit,
                     groups_x: GROUPS_X,
-                    first_instance,
                 })?;
                 cmd.dispatch(1, 1, 1);
                 Ok(())
@@ -222,8 +212,6 @@ impl Meshes {
                 &[
                     (0, view.into()),
                     (1, instances.into()),
-                    (2, (&books.meshes).into()),
-                    (3, (&books.levels).into()),
                     (4, (&books.vertices).into()),
                     (5, (&books.bones).into()),
                     (6, (&b.palette).into()),

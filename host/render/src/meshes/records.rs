@@ -196,6 +196,22 @@ reef_gpu::record! {
         pub base: [f32; 3],
         /// Of the pixels: from, to.
         pub shares: u32,
+        /// Its level's first vertex, in all vertices at rest.
+        pub first_rest: u32,
+        /// That vertex's first influence, in all bones.
+        pub first_bone: u32,
+        /// 0: another instance has them.
+        pub vertices: u32,
+        /// How many it has.
+        pub triangles: u32,
+        /// How it is moved: see `Part` of `shaders/mesh.glsl`.
+        pub how: u32,
+        /// Its first moved joint.
+        pub palette: u32,
+        /// Of the mesh at rest.
+        pub scale: f32,
+        /// 0: records are whole texels.
+        pub end: u32,
     }
 }
 
@@ -206,12 +222,14 @@ reef_gpu::record! {
         pub commands: [IndexedDraw; BINS],
         /// Work groups over the parts that are drawn.
         pub groups: Groups,
-        /// Work groups over all vertices.
+        /// Work groups over the vertices that may be lit by themselves.
         pub light_groups: Groups,
         /// Parts that are drawn, with those that did not fit.
         pub parts: u32,
         /// Vertices in all.
         pub vertices: u32,
+        /// Vertices before this may be lit by themselves; none after it is.
+        pub lit: u32,
         /// Triangles in all.
         pub triangles: u32,
         /// Parts that are drawn.
@@ -262,7 +280,6 @@ reef_gpu::record! {
         pub(super) vertex_limit: u32,
         pub(super) index_limit: u32,
         pub(super) groups_x: u32,
-        pub(super) first_instance: u32,
     }
 }
 

@@ -126,6 +126,10 @@ fn the_gpus_meshes_are_those_of_the_twin() {
                 drawn += 1;
                 assert_eq!((part.level, part.bin), (expected.level, expected.bin as u32), "{place}");
                 assert!(near(part.shares, unorm(expected.shares)), "{place}: {:x}", part.shares);
+                let first = [part.first_vertex, part.first_vertex + expected.vertices.len() as u32];
+                let lit = [BIN_LIT, BIN_LIT + 1, BIN_LIT_VEIL, BIN_LIT_THIN].contains(&expected.bin);
+                let apart = if lit { first[1] <= counts.lit } else { first[0] >= counts.lit };
+                assert!(apart || expected.vertices.is_empty(), "{place}: {first:?}, {} are lit", counts.lit);
                 bins[expected.bin] += 1;
                 let instance = &subject.instances[i];
                 levels[(part.level - shelf.meshes[instance.mesh as usize].first_level) as usize] += 1;
