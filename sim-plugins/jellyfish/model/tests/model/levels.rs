@@ -158,7 +158,7 @@ fn all_of_an_animal_is_within_its_reach_and_comes_near_it() {
                 let far = own_vertices.iter().map(|vertex| Vec3::from(vertex.position).length());
                 let far_nodes = own_nodes.iter().map(|node| Vec3::from(node.position).length() + node.radius);
                 let far = far.chain(far_nodes).fold(0.0, f32::max);
-                let reach = bloom.reach(i).expect("an animal");
+                let reach = bloom.seen(i).expect("an animal").reach;
                 // Ridges and noise may rise so high, and seldom do.
                 let heights = own.surface.noise + own.surface.structure + own.surface.compression;
                 let slack = (2.0 + 2.0 * heights) * own.bell.thickness;

@@ -216,6 +216,8 @@ fn a_saved_bloom_goes_on_and_a_wrong_state_changes_nothing() {
     for (i, state) in wrong.iter().enumerate() {
         assert!(first.load(state).is_err() && first.save() == before, "{i}");
     }
+    let message = first.load(&wrong[6]).expect_err("refused");
+    assert!(message.starts_with("animal 0 is at") && message.contains("must be within"), "{message}");
     // What is wrong with one of them names it.
     let last = before.trails.len() - 1;
     for state in [change(&|s| s.trails[last] = f64::NAN), wrong[8].clone(), wrong[9].clone()] {
