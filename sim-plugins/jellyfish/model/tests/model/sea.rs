@@ -22,10 +22,11 @@ pub(crate) fn read(name: &str) -> Species {
     serde_json::from_value(tables::table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The paper's animal on fewer cells.
+/// The paper's animal on fewer cells; nothing but their section holds its strands.
 pub(crate) fn usual() -> Species {
     let mut species = Species::default();
     (species.grid.cells, species.grid.bells) = (50, 5.0);
+    species.bell.strand_stretch = 100.0;
     species.arms.count = 8;
     species
 }
