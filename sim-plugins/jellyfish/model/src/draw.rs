@@ -159,10 +159,13 @@ fn own(bloom: &Bloom, animal: usize) -> Option<Own> {
 
 /// Objects of all.
 pub(crate) fn objects(bloom: &Bloom, into: &mut [Object]) {
-    let each = (0..bloom.len()).filter_map(|i| Some((bloom.seen(i)?, bloom.reach(i)?)));
-    for ((seen, reach), object) in each.zip(into) {
-        *object =
-            Object { id: seen.id, origin: seen.place.to_array(), bounds_radius: reach, ..Object::default() };
+    for (seen, object) in (0..bloom.len()).filter_map(|i| bloom.seen(i)).zip(into) {
+        *object = Object {
+            id: seen.id,
+            origin: seen.place.to_array(),
+            bounds_radius: seen.reach,
+            ..Object::default()
+        };
     }
 }
 

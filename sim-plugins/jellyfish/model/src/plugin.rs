@@ -296,7 +296,8 @@ impl Plugin for Jellyfish {
             output.emit(&lines)?;
         }
         if input.wants_trace() {
-            let nodes = (0..animals).map(|animal| self.bloom.chain(animal).count()).sum();
+            let slices = (0..animals).filter_map(|animal| self.bloom.slice(animal));
+            let nodes = slices.map(|slice| slice.chain().len()).sum();
             self.trace(output.reserve::<abi::Trace>(nodes)?);
             output.commit::<abi::Trace>(nodes)?;
         }

@@ -61,6 +61,10 @@ pub struct BellTable {
     /// Length of the strand that hangs from each side of the margin and holds the water back; 0: none.
     #[schemars(range(min = 0.0, max = 2.0), extend("x-unit" = "m"))]
     pub strand: f64,
+    /// Longest that a part of the strand gets, over its length at rest. The jet draws out a strand that may
+    /// get 100 times as long to about five times its length, as the paper's section has it.
+    #[schemars(range(min = 1.0, max = 100.0))]
+    pub strand_stretch: f64,
     /// How much denser than the water its tissue is: what is denser sinks when it is idle.
     #[schemars(range(min = -50.0, max = 50.0), extend("x-unit" = "kg/m³"))]
     pub excess_density: f64,
@@ -76,6 +80,7 @@ impl Default for BellTable {
             stiffness: 1.0,
             righting: 1.0,
             strand: 0.02,
+            strand_stretch: 1.9,
             excess_density: 0.0,
         }
     }
@@ -307,6 +312,7 @@ impl Species {
             strand_segments: if self.bell.strand > 0.0 { segments.clamp(1.0, 32.0) as usize } else { 0 },
             strand: self.bell.strand,
             strand_section: paper.strand_section,
+            strand_stretch: self.bell.strand_stretch,
             righting: self.bell.righting * paper.righting * pace * pace * size.powi(3),
             weight: self.weight(self.bell.excess_density),
         }

@@ -70,7 +70,8 @@ pub(super) struct Animal {
     window: f64,
     /// Where the slice's first place stands in the world [m].
     pub(super) base: DVec3,
-    frame: Frame,
+    /// How its own slice lies in the sea while it is upright.
+    pub(super) frame: Frame,
     /// Near and far.
     skins: [Skin; 2],
     packed: Packed,
@@ -170,66 +171,6 @@ impl Animal {
     /// Its slices.
     pub(super) fn sections_mut(&mut self) -> impl Iterator<Item = &mut Section> {
         [Some(&mut self.own), self.cross.as_mut()].into_iter().flatten()
-    }
-
-    /// A point of its own slice in the world [m]: in the plane that leans as the slice across does.
-    pub(super) fn world(&self, point: DVec2) -> DVec3 {
-        if self.cross.is_none() {
-            return self.upright(point);
-        }
-        let middle = self.own.slice.place();
-        self.upright(middle) + self.frames()[0].of((point - middle).as_vec2()).as_dvec3()
-    }
-
-    /// The same where that plane is upright.
-    fn upright(&self, point: DVec2) -> DVec3 {
-        let way = point - self.own.first;
-        let place = self.base + self.frame.x.as_dvec3() * way.x + self.frame.y.as_dvec3() * way.y;
-        match &self.cross {
-            None => place,
-            Some(cross) => place + self.frame.z.as_dvec3() * (cross.slice.place() - cross.first).x,
-        }
-    }
-
-    /// A point of the slice across in the world [m].
-    pub(super) fn world_across(&self, cross: &Section, point: DVec2) -> DVec3 {
-        let way = point - cross.slice.place();
-        self.place() + self.frame.z.as_dvec3() * way.x + self.forward() * way.y
-    }
-
-    /// Middle of the bell [m, world].
-    pub(super) fn place(&self) -> DVec3 {
-        self.upright(self.own.slice.place())
-    }
-
-    /// Where the apex of its own slice points, in the world: y of the slice across. A unit vector.
-    fn forward(&self) -> DVec3 {
-        let axis = self.own.slice.axis();
-        self.frame.x.as_dvec3() * axis.x + self.frame.y.as_dvec3() * axis.y
-    }
-
-    /// Where the apex points, in the world: a unit vector.
-    pub(super) fn axis(&self) -> Vec3 {
-        let forward = self.frame.of(self.own.slice.axis().as_vec2());
-        let axis = self.cross.as_ref().map_or(forward, |cross| {
-            let lean = cross.slice.axis().as_vec2();
-            forward * lean.y + self.frame.z * lean.x
-        });
-        axis.normalize_or(Vec3::Y)
-    }
-
-    /// How its slices lie in the sea, and thus its skin: that along the heading leans as the one across does.
-    fn frames(&self) -> [Frame; 2] {
-        if self.cross.is_none() {
-            return [self.frame; 2];
-        }
-        let Frame { x, y, z } = self.frame;
-        let (forward, axis) = (self.forward().as_vec3(), self.axis());
-        let own = self.own.slice.axis().as_vec2();
-        // In its plane: across its axis, and along it.
-        let aside = x * own.y - y * own.x;
-        let [x, y] = [aside * own.y + axis * own.x, axis * own.y - aside * own.x];
-        [Frame { x, y, z: x.cross(y) }, Frame { x: z, y: forward, z: z.cross(forward) }]
     }
 
     /// What it does to the sea.
@@ -420,12 +361,10 @@ impl Animal {
         self.fit = choice.fit(&self.own.slice);
         let (owner, diameter) = (self.id, self.diameter);
         let across = self.frames().map(|frame| frame.z.as_dvec3());
-        let world = |point| self.world(point);
-        let mut flows = [choice.flows(&self.fit, owner, diameter, across[0], world); 2];
+        let mut flows = [choice.flows(&self.fit, owner, diameter, across[0], self.world()); 2];
         if let Some(cross) = &self.cross {
             let fit = choice.fit(&cross.slice);
-            let world = |point| self.world_across(cross, point);
-            flows[1] = choice.flows(&fit, owner, diameter, across[1], world);
+            flows[1] = choice.flows(&fit, owner, diameter, across[1], self.world_across(cross));
             // Each tells of half of the water.
             flows.as_flattened_mut().iter_mut().for_each(|flow| *flow = stronger(flow, 0.5));
         }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use reef_sdk::abi::DebugLine;
 
 use super::{Bloom, animal::Animal};
-use crate::slice::CONTRACTION;
+use crate::slice::{CONTRACTION, Slice};
 
 /// Which lines are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +54,17 @@ fn between([from, to]: [DVec3; 2], color: u32, channel: u32) -> DebugLine {
     DebugLine { from: from.to_array(), delta, color, channel, ..DebugLine::default() }
 }
 
+/// Springs and muscles of a slice.
+fn springs(slice: &Slice<f32>, world: impl Fn(DVec2) -> DVec3) -> impl Iterator<Item = DebugLine> {
+    slice.springs().map(move |(ends, short)| {
+        let (color, channel) = match short {
+            None => (SPRINGS.1, SPRINGS.0),
+            Some(short) => (mixed(SLACK, SHORT, short / CONTRACTION), MUSCLES),
+        };
+        between(ends.map(&world), color, channel)
+    })
+}
+
 impl Bloom {
     /// Adds the lines of an animal, while there are fewer than `most`.
     pub fn lines(&self, animal: usize, shown: Shown, most: usize, lines: &mut Vec<DebugLine>) {
@@ -65,25 +76,13 @@ impl Bloom {
 
 impl Animal {
     fn lines(&self, shown: Shown, most: usize, lines: &mut Vec<DebugLine>) {
+        let world = self.world();
         let line = |from: DVec2, to: DVec2, color: u32, channel: u32| {
-            between([from, to].map(|end| self.world(end)), color, channel)
+            between([from, to].map(&world), color, channel)
         };
         let slice = &self.own.slice;
-        let look = |short: Option<f64>| match short {
-            None => (SPRINGS.1, SPRINGS.0),
-            Some(short) => (mixed(SLACK, SHORT, short / CONTRACTION), MUSCLES),
-        };
-        let springs = slice.springs().map(|([from, to], short)| {
-            let (color, channel) = look(short);
-            line(from, to, color, channel)
-        });
-        let across = self.cross.iter().flat_map(|cross| {
-            cross.slice.springs().map(|(ends, short)| {
-                let (color, channel) = look(short);
-                between(ends.map(|end| self.world_across(cross, end)), color, channel)
-            })
-        });
-        let springs = springs.chain(across);
+        let across = self.cross.iter().flat_map(|cross| springs(&cross.slice, self.world_across(cross)));
+        let springs = springs(slice, &world).chain(across);
         let corner = slice.corner();
         let flow = |place: DVec2| DVec2::from(slice.water().velocity((place - corner).to_array()));
         let middle = slice.place();

@@ -6,6 +6,7 @@ mod jet;
 mod lines;
 mod section;
 mod skin;
+mod stance;
 mod state;
 
 use std::sync::Arc;
@@ -301,7 +302,7 @@ impl Bloom {
     /// The points of an animal's bell from one side of the margin to the other [m, world].
     pub fn chain(&self, animal: usize) -> impl Iterator<Item = DVec3> + '_ {
         let animal = self.animals.get(animal);
-        animal.into_iter().flat_map(|animal| animal.own.slice.chain().map(|point| animal.world(point)))
+        animal.into_iter().flat_map(|animal| animal.own.slice.chain().map(animal.world()))
     }
 
     /// What others see of an animal.
@@ -314,15 +315,11 @@ impl Bloom {
             velocity: own.velocity.as_vec3(),
             axis: own.axis(),
             diameter: own.diameter,
+            reach: own.reach,
             far: own.far,
             phase: own.own.slice.phase(),
             idles: own.idles,
         })
-    }
-
-    /// A radius around an animal's place that all of it is within [m], whether it is written or not.
-    pub fn reach(&self, animal: usize) -> Option<f32> {
-        Some(self.animals.get(animal)?.reach)
     }
 
     /// The slice of an animal along its heading.
@@ -410,6 +407,8 @@ pub struct Seen {
     pub axis: glam::Vec3,
     /// Width of its bell at rest [m].
     pub diameter: f64,
+    /// A radius around its place that all of it is within [m], whether it is written or not.
+    pub reach: f32,
     /// It is drawn coarsely.
     pub far: bool,
     /// Share of its present period.

@@ -163,7 +163,6 @@ impl Bloom {
         }
         let counts = state.counts.as_chunks::<3>().0.iter();
         let mut each = counts.zip(state.places.as_chunks::<4>().0).zip(state.offsets.as_chunks::<2>().0);
-        let mut first = 0;
         for (i, animal) in next.iter_mut().enumerate() {
             let short = || format!("has not as many numbers as animal {i} needs");
             let problem = |problem: String| format!("animal {i} {problem}");
@@ -187,12 +186,7 @@ impl Bloom {
                     return Err(format!("animal {i} has dye at a place that is not finite"));
                 }
             }
-            let base = state
-                .places
-                .as_chunks::<4>()
-                .0
-                .get(first)
-                .map_or(DVec3::ZERO, |[x, y, z, _]| DVec3::new(*x, *y, *z));
+            let mut base = None;
             for (section, ((counts, place), offset)) in animal.sections_mut().zip(&mut each) {
                 let [of_points, of_faces, of_trails] = counts.map(|count| count as usize);
                 let slice = SliceState {
@@ -212,12 +206,13 @@ impl Bloom {
                 if !own.is_empty() {
                     return Err(short());
                 }
-                if DVec3::from_slice(place) != base {
+                let place = DVec3::from_slice(place);
+                if base.is_some_and(|base| place != base) {
                     return Err(format!("animal {i} has slices at different places"));
                 }
-                first += 1;
+                base = Some(place);
             }
-            animal.base = base;
+            animal.base = base.unwrap_or_default();
             if !within_reach(animal.place()) {
                 return Err(format!(
                     "animal {i} is at {}, which must be within {FARTHEST} m along each axis",

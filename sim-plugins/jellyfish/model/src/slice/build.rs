@@ -35,6 +35,9 @@ pub struct Build {
     pub strand: f64,
     /// Section of the strand, as a share of the bell's.
     pub strand_section: f64,
+    /// Longest that a segment of the strand gets, over its length at rest: what would draw it out further
+    /// slips along it. Infinite: the jet draws it out as its section lets it.
+    pub strand_stretch: f64,
     /// Force that rights a bell that lies on its side [N per metre of depth].
     pub righting: f64,
     /// Weight less buoyancy [N per metre of depth].
@@ -55,6 +58,7 @@ impl Default for Build {
             strand_segments: 5,
             strand: 0.02,
             strand_section: 0.01,
+            strand_stretch: f64::INFINITY,
             righting: 0.1,
             weight: 0.0,
         }
@@ -136,6 +140,9 @@ impl Build {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(format!("{key} must not be below 0 {unit}, is {value}"));
             }
+        }
+        if self.strand_stretch.is_nan() || self.strand_stretch < 1.0 {
+            return Err(format!("strand_stretch must not be below 1, is {}", self.strand_stretch));
         }
         if !self.weight.is_finite() {
             return Err(format!("weight must be a number, is {}", self.weight));

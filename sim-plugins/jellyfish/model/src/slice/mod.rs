@@ -32,7 +32,8 @@ const FASTEST: f64 = 10.0;
 const CELLS_OF_POINT: [f64; 2] = [0.6, 3.2];
 const GIVE: f64 = 1.0 / 15.0;
 /// Longest that a spring of the bell gets, over its length at rest: what would draw it out further (in far
-/// steps, above all) slips along it: strain limiting, as cloth has it.
+/// steps, above all) slips along it: strain limiting, as cloth has it. Points have no mass, so what slips
+/// takes no momentum from the water or gives it any: the spring pulls on both of its ends as before.
 const LONGEST_SPRING: f64 = 1.95;
 /// Widths of the bell along a side of the grid, at the least: closer walls hold the animal.
 pub const LEAST_ROOM: f64 = 2.5;
@@ -345,13 +346,14 @@ impl<T: Real> Slice<T> {
         self.points[1] = self.points[0];
     }
 
-    /// Draws in what is farther from the apex than springs of the bell let it be, from the apex outward.
+    /// Draws in what is farther from the apex than springs let it be: from the apex outward, so one sweep
+    /// does it exactly.
     fn limit(&mut self) {
-        let margin = self.network.margin;
-        for spring in self.network.springs.iter().filter(|spring| spring.ends[1] / 2 <= margin) {
+        for spring in &self.network.springs {
             let [inner, outer] = spring.ends;
             let way = self.points[outer] - self.points[inner];
-            let longest = LONGEST_SPRING * spring.rest;
+            let of_bell = outer / 2 <= self.network.margin;
+            let longest = if of_bell { LONGEST_SPRING } else { self.build.strand_stretch } * spring.rest;
             if way.length_squared() > longest * longest {
                 self.points[outer] = self.points[inner] + way.clamp_length_max(longest);
             }

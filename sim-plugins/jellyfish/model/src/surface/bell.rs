@@ -268,11 +268,15 @@ fn width(profile: &Profile, ring: usize) -> f32 {
     a.distance(b)
 }
 
-/// Outward at the points of a pair, across their disc and along its axis: the mean of both, and by how much
-/// that on the side of positive x is more.
-fn leans(profile: &Profile, [a, b]: [Vec2; 2], share: f32) -> [[f32; 2]; 2] {
+/// Direction from the second point of a pair to the first.
+fn along([a, b]: [Vec2; 2]) -> Vec2 {
     let half = 0.5 * (a - b);
-    let e = half / half.length().max(f32::MIN_POSITIVE);
+    half / half.length().max(f32::MIN_POSITIVE)
+}
+
+/// Outward at the points of a pair that lie along `e`, across their disc and along its axis: the mean of both,
+/// and by how much that on the side of positive x is more.
+fn leans(profile: &Profile, e: Vec2, share: f32) -> [[f32; 2]; 2] {
     let axis = e.perp();
     let [right, left] = profile.outward(share);
     let (near, far) = ([e.dot(right), axis.dot(right)], [-e.dot(left), axis.dot(left)]);
@@ -285,10 +289,8 @@ fn leans(profile: &Profile, [a, b]: [Vec2; 2], share: f32) -> [[f32; 2]; 2] {
 /// The disc of a ring, and outward around it as a sum over 1, cos, cos², sin and sin · cos.
 fn turned(profile: &Profile, ring: usize, share: f32, frame: &Frame) -> (Disc, [Vec3; 5]) {
     let pair = profile.pair(ring);
-    let [a, b] = pair;
-    let half = 0.5 * (a - b);
-    let e = half / half.length().max(f32::MIN_POSITIVE);
-    let [mean, tilt] = leans(profile, pair, share);
+    let e = along(pair);
+    let [mean, tilt] = leans(profile, e, share);
     let (e, axis, z) = (frame.of(e), frame.of(e.perp()), frame.z);
     let out = [axis * mean[1], e * mean[0] + axis * tilt[1], e * tilt[0], z * mean[0], z * tilt[0]];
     (Disc::turned(pair, frame), out)
@@ -298,7 +300,9 @@ fn turned(profile: &Profile, ring: usize, share: f32, frame: &Frame) -> (Disc, [
 fn crossed([own, other]: [&Profile; 2], ring: usize, share: f32, frames: [&Frame; 2]) -> (Disc, [Vec3; 5]) {
     let pairs = [own.pair(ring), other.pair(ring)];
     let disc = Disc::crossed(pairs, frames);
-    let ([mean, tilt], [crossing, across]) = (leans(own, pairs[0], share), leans(other, pairs[1], share));
+    let [own, other] = [(own, pairs[0]), (other, pairs[1])];
+    let [[mean, tilt], [crossing, across]] =
+        [own, other].map(|(profile, pair)| leans(profile, along(pair), share));
     let e = disc.half.normalize_or(frames[0].x);
     let f = disc.aside;
     // x is half, z is side: y = z × x.

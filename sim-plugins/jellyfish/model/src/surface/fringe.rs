@@ -56,6 +56,9 @@ pub struct Fringe {
     tables: [Vec<f32>; 3],
     /// Radii of each point along a tube.
     radii: Vec<[f32; 2]>,
+    /// Greatest length over the mean, of a tube or of the mean; and the greatest radius of a node [m].
+    longest: f32,
+    thickest: f32,
     /// Of each point along the tubes.
     discs: Vec<Disc>,
     /// Places of the points along eight tubes.
@@ -97,17 +100,21 @@ impl Fringe {
                 table.push(value as f32);
             }
         }
-        let radii = (0..points).map(|k| {
-            let along = k as f64 / (points - 1) as f64;
-            // The tip is closed: its ring is a point.
-            let taper = if k + 1 == points { 0.0 } else { 1.0 + (form.taper - 1.0) * along };
-            let frill = 1.0 + form.frill * cos_sin_f64(TAU * form.frills * along).1;
-            form.radius.map(|radius| (radius * taper * frill) as f32)
-        });
+        let radii: Vec<[f32; 2]> = (0..points)
+            .map(|k| {
+                let along = k as f64 / (points - 1) as f64;
+                // The tip is closed: its ring is a point.
+                let taper = if k + 1 == points { 0.0 } else { 1.0 + (form.taper - 1.0) * along };
+                let frill = 1.0 + form.frill * cos_sin_f64(TAU * form.frills * along).1;
+                form.radius.map(|radius| (radius * taper * frill) as f32)
+            })
+            .collect();
         Ok(Self {
             points,
+            longest: tables[2].iter().copied().fold(1.0, f32::max),
+            thickest: radii.as_flattened().iter().copied().fold(thinnest(&form), f32::max),
             tables,
-            radii: radii.collect(),
+            radii,
             discs: vec![Disc::default(); points],
             lines: vec![[[0.0; WIDTH]; 3]; points],
             form,
@@ -170,19 +177,12 @@ impl Fringe {
     /// Nothing of it is farther from the origin [m].
     pub fn reach(&self) -> f32 {
         let Some(root) = self.discs.first().filter(|_| self.form.count > 0) else { return 0.0 };
-        let longest = self.tables[2].iter().copied().fold(1.0, f32::max);
         let root_far = root.reach();
         let far = self
             .discs
             .iter()
-            .map(|disc| disc.reach().max(root_far) + (longest - 1.0) * disc.less(root).reach());
-        let thickest = self.radii.as_flattened().iter().copied().fold(0.0, f32::max);
-        far.fold(0.0, f32::max) + thickest.max(self.thinnest())
-    }
-
-    /// Least radius of a node [m]: a tip that is closed still has a width.
-    fn thinnest(&self) -> f32 {
-        THINNEST * self.form.radius[0] as f32
+            .map(|disc| disc.reach().max(root_far) + (self.longest - 1.0) * disc.less(root).reach());
+        far.fold(0.0, f32::max) + self.thickest
     }
 
     /// Makes all vertices, [`Fringe::vertices`] of them.
@@ -200,7 +200,7 @@ impl Fringe {
             for (block, into) in into.chunks_exact_mut(WIDTH * self.points).enumerate() {
                 self.along(simd, block * WIDTH);
                 for (k, (line, radii)) in self.lines.iter().zip(&self.radii).enumerate() {
-                    let radius = radii[0].max(self.thinnest());
+                    let radius = radii[0].max(thinnest(&self.form));
                     for lane in 0..WIDTH {
                         let position = [line[0][lane], line[1][lane], line[2][lane]];
                         into[lane * self.points + k] = FibreNode { position, radius };
@@ -278,6 +278,11 @@ impl Fringe {
             }
         }
     }
+}
+
+/// Least radius of a node [m]: a tip that is closed still has a width.
+fn thinnest(form: &FringeForm) -> f32 {
+    THINNEST * form.radius[0] as f32
 }
 
 #[inline(always)]

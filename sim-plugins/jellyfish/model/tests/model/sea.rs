@@ -22,10 +22,11 @@ pub(crate) fn read(name: &str) -> Species {
     serde_json::from_value(tables::table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The paper's animal on fewer cells.
+/// The paper's animal on fewer cells; nothing but their section holds its strands.
 pub(crate) fn usual() -> Species {
     let mut species = Species::default();
     (species.grid.cells, species.grid.bells) = (50, 5.0);
+    species.bell.strand_stretch = 100.0;
     species.arms.count = 8;
     species
 }
@@ -216,6 +217,8 @@ fn a_saved_bloom_goes_on_and_a_wrong_state_changes_nothing() {
     for (i, state) in wrong.iter().enumerate() {
         assert!(first.load(state).is_err() && first.save() == before, "{i}");
     }
+    let message = first.load(&wrong[6]).expect_err("refused");
+    assert!(message.starts_with("animal 0 is at") && message.contains("must be within"), "{message}");
     // What is wrong with one of them names it.
     let last = before.trails.len() - 1;
     for state in [change(&|s| s.trails[last] = f64::NAN), wrong[8].clone(), wrong[9].clone()] {

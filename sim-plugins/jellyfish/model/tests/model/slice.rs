@@ -134,6 +134,29 @@ fn ten_times_as_stiff_is_still_calm_at_long_steps() {
 }
 
 #[test]
+fn a_strand_is_drawn_out_as_far_as_it_may_and_no_farther() {
+    let run = |strand_stretch: f64| {
+        let mut slice = slice::<f32>(Build { strand_stretch, ..Build::default() }, 50, Gait::default());
+        let mut longest = 0.0_f64;
+        for _ in 0..1000 {
+            slice.step(Level::best(), DT);
+            longest = longest.max(slice.longest()[1]);
+        }
+        (longest, slice.save())
+    };
+    let [(held, _), (loose, far), (free, farther)] = [1.5, 100.0, f64::INFINITY].map(run);
+    println!("{held}, free {free}");
+    // It is drawn out as far as that, but for rounding.
+    assert!((held - 1.5).abs() < 1e-12 && free > 3.0, "{held} {free}");
+    // A limit that is not reached changes nothing.
+    assert!(loose == free && far == farther);
+    for strand_stretch in [0.9, f64::NAN] {
+        let refused = Slice::<f32>::new(Build { strand_stretch, ..Build::default() }, grid(50)).err();
+        assert!(refused.is_some_and(|text| text.starts_with("strand_stretch must not be below 1")));
+    }
+}
+
+#[test]
 fn a_swimming_animal_leaves_no_divergence() {
     let mut single = slice::<f32>(Build::default(), 100, Gait::default());
     let mut double = slice::<f64>(Build::default(), 100, Gait::default());

@@ -162,7 +162,8 @@ fn jets_and_lines_lie_where_the_skin_leans() {
     let chain: Vec<DVec3> = swimming.chain(0).collect();
     let apex = (chain[chain.len() / 2] - place).normalize();
     assert!(apex.dot(axis) > 0.97, "{apex} {axis}");
-    // Whirlwinds of one slice turn about one axis, and stand in a plane across it that the bell's axis lies in.
+    // Whirlwinds of one slice turn about one axis, and stand in a plane across it that the bell's axis lies
+    // in.
     let (own, across) = swimming.flows().split_at(PRIMITIVES);
     for flows in [own, across] {
         let whirls: Vec<_> = flows.iter().filter(|flow| flow.axis != [0.0; 3]).collect();
