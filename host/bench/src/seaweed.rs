@@ -37,7 +37,7 @@ const CROWD_ROUNDS: usize = 12;
 /// Measures.
 pub fn run(common: &Common) -> Result<Report, Failure> {
     let level = Level::best();
-    let mut bare = Bare::new(SEGMENTS);
+    let (mut bare, mut twin) = (Bare::new(SEGMENTS), Bare::new(SEGMENTS));
     let mut one = sea(common, 1, Waves::None, false)?;
     let mut two = sea(common, 2, Waves::None, false)?;
     let mut waves = sea(common, 1, Waves::All, false)?;
@@ -49,6 +49,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
         Box::new(|| two.step()),
         Box::new(|| waves.step()),
         Box::new(|| levels.step()),
+        Box::new(|| twin.step(Level::scalar())),
     ];
     let seen = rounds(things, ROUNDS);
     for world in [&mut one, &mut two, &mut waves, &mut levels] {
@@ -60,6 +61,7 @@ pub fn run(common: &Common) -> Result<Report, Failure> {
     const UNIT: &str = "M joint-steps/s";
     let ceiling = rate(0, joints);
     report.figure(format!("bare kernel, one core, {}: the ceiling", level.name()), ceiling, UNIT);
+    report.figure(format!("the same, {}", Level::scalar().name()), rate(5, joints), UNIT);
     report.figure("through the scene, one worker", rate(1, computed(&one)), UNIT);
     report.figure("through the scene, two workers", rate(2, computed(&two)), UNIT);
     let share = 100.0 * rate(1, computed(&one)) / ceiling;
