@@ -1,5 +1,5 @@
 #version 460
-// A mesh that is lit at its vertices: `mesh_skin.comp` did the work.
+// A mesh that is lit at its vertices: the compute passes did the work, `mesh_lit.comp` the last of it.
 
 layout(location = 0) in vec4 position;
 layout(location = 1) in vec4 shown;

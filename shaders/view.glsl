@@ -2,7 +2,7 @@
 // host/render/src/view.rs.
 //
 // Space: metres, relative to the camera's eye ("eye space" below keeps the world's axes), so that f32 is
-// exact enough anywhere in the world. Add `eye.xyz` for patterns that are fixed in the world.
+// exact enough anywhere in the world. Add `eye` for patterns that are fixed in the world.
 
 #include "shared.glsl"
 

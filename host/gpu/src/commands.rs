@@ -169,7 +169,7 @@ impl<'p, 'f> Cmd<'p, 'f> {
     /// Sets the bound pipeline's push constants.
     pub fn push<T: Record>(&mut self, constants: &T) -> Result<()> {
         let built =
-            self.bound.clone().ok_or_else(|| self.refuse("it sets constants before a pipeline".into()))?;
+            self.bound.as_ref().ok_or_else(|| self.refuse("it sets constants before a pipeline".into()))?;
         let bytes = bytemuck::bytes_of(constants);
         let size = built.interface.push_size as usize;
         if size > 0 && built.interface.push_name != T::NAME {

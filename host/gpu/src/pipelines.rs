@@ -119,13 +119,13 @@ pub(crate) struct Built {
     pub(crate) interface: Arc<Interface>,
     pub(crate) bind_point: vk::PipelineBindPoint,
     sets: vk::DescriptorSetLayout,
-    /// Generations of its shaders, in their order.
-    generations: Vec<u64>,
 }
 
 #[derive(Default)]
 struct Slot {
     built: Option<Built>,
+    /// Generations of the shaders that it was built from, in their order.
+    generations: Vec<u64>,
     epoch: u64,
 }
 
@@ -219,17 +219,18 @@ impl Pipeline {
         let generations: Vec<u64> = shaders.iter().map(|(_, shader)| shader.generation).collect();
         slot.epoch = epoch;
         if let Some(built) = &slot.built
-            && built.generations == generations
+            && slot.generations == generations
         {
             return Ok(built.clone());
         }
         let floor = slot.built.as_ref().map(|built| built.interface.clone());
-        match (self.build(&shaders, generations, floor.as_deref()), slot.built.take()) {
+        match (self.build(&shaders, floor.as_deref()), slot.built.take()) {
             (Ok(new), old) => {
                 if let Some(old) = old {
                     shared.discard(Garbage::Pipeline(old.pipeline, old.layout, old.sets));
                 }
                 slot.built = Some(new.clone());
+                slot.generations = generations;
                 Ok(new)
             }
             (Err(error), Some(old)) => {
@@ -252,12 +253,7 @@ impl Pipeline {
     }
 
     /// `before`: the interface that the program binds. New shaders may use less of it, never more.
-    fn build(
-        &self,
-        shaders: &[(&str, Shader)],
-        generations: Vec<u64>,
-        before: Option<&Interface>,
-    ) -> Result<Built> {
+    fn build(&self, shaders: &[(&str, Shader)], before: Option<&Interface>) -> Result<Built> {
         let device = &self.shared.device;
         let refuse = |reason| GpuError::Shader { name: self.name.clone(), reason };
         let mut interface = Interface::default();
@@ -343,7 +339,7 @@ impl Pipeline {
             Kind::Compute { .. } => vk::PipelineBindPoint::COMPUTE,
             Kind::Graphics { .. } => vk::PipelineBindPoint::GRAPHICS,
         };
-        Ok(Built { pipeline, layout, interface: Arc::new(interface), bind_point, sets, generations })
+        Ok(Built { pipeline, layout, interface: Arc::new(interface), bind_point, sets })
     }
 
     fn make(

@@ -1,6 +1,7 @@
 //! What is brought to the device once, or fetched from it, while the program waits.
 
 use ash::vk;
+use bytemuck::AnyBitPattern;
 
 use super::{
     barriers::State,
@@ -66,6 +67,13 @@ impl Gpu {
         })?;
         *buffer.state() = State::NEW;
         landing.read()
+    }
+
+    /// The first records of a buffer, `most` of them where it has so many. Fetches and waits as
+    /// [`Gpu::read_buffer`] does.
+    pub fn read_records<T: AnyBitPattern>(&self, buffer: &Buffer, most: usize) -> Result<Vec<T>> {
+        let bytes = self.read_buffer(buffer)?;
+        Ok(bytes.chunks_exact(size_of::<T>()).take(most).map(bytemuck::pod_read_unaligned).collect())
     }
 
     /// Fills an image's first layer with pixels (rows packed, in the image's format), makes the smaller

@@ -302,42 +302,23 @@ impl Fibres {
     /// What the last picture's scan counted. Waits for the device: for tests and benches.
     pub fn counts(&self) -> Result<DrawCounts> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(DrawCounts::default()) };
-        Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
+        Ok(self.gpu.read_records(&b.draw, 1)?.pop().unwrap_or_default())
     }
 
     /// Vertices and indices of the last picture, those of ribbons last. Waits for the device: for tests.
     pub fn read_back(&self) -> Result<(Vec<[u32; VERTEX_WORDS]>, Vec<u32>)> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok((Vec::new(), Vec::new())) };
         let counts = self.counts()?;
-        let words = |bytes: Vec<u8>, most: usize| -> Vec<u32> {
-            bytes.chunks_exact(4).take(most).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect()
-        };
-        let vertices = words(self.gpu.read_buffer(&b.vertex)?, counts.vertices as usize * VERTEX_WORDS);
-        let vertices = vertices
-            .chunks_exact(VERTEX_WORDS)
-            .map(|v| {
-                let mut vertex = [0; VERTEX_WORDS];
-                vertex.copy_from_slice(v);
-                vertex
-            })
-            .collect();
-        Ok((
-            vertices,
-            words(
-                self.gpu.read_buffer(&b.index)?,
-                (counts.tubes.indices + counts.flat_tubes.indices) as usize,
-            ),
-        ))
+        let indices = (counts.tubes.indices + counts.flat_tubes.indices) as usize;
+        let vertices = self.gpu.read_records(&b.vertex, counts.vertices as usize)?;
+        Ok((vertices, self.gpu.read_records(&b.index, indices)?))
     }
 
     /// Vertices of the last picture's lit ribbons, the solid ones first. Waits for the device: for tests.
     pub fn read_back_strips(&self) -> Result<Vec<[u32; STRIP_WORDS]>> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.any) else { return Ok(Vec::new()) };
         let counts = self.counts()?;
-        let bytes = self.gpu.read_buffer(&b.strips)?;
-        let vertices =
-            bytes.chunks_exact(STRIP_WORDS * 4).take((counts.solid.vertices + counts.thin.vertices) as usize);
-        Ok(vertices.map(bytemuck::pod_read_unaligned).collect())
+        self.gpu.read_records(&b.strips, (counts.solid.vertices + counts.thin.vertices) as usize)
     }
 
     /// Makes the buffers great enough; they only grow.

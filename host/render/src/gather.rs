@@ -86,7 +86,7 @@ pub struct Stander {
     pub tall: f32,
 }
 
-/// Everything that the fibre and line passes upload for one picture.
+/// What is gathered of two steps for a picture: fibres and lines, and what meshes share with them.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
     /// In the fixed order of instances and streams.

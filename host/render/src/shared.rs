@@ -129,7 +129,7 @@ mod tests {
             of::<records::GpuVertex>(),
             of::<records::GpuInstance>(),
             of::<records::GpuPart>(),
-            of::<records::DrawCounts>(),
+            of::<records::MeshCounts>(),
             of::<records::PosePush>(),
             of::<records::ScanPush>(),
             of::<records::SkinPush>(),

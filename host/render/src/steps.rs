@@ -177,10 +177,3 @@ fn write<'a>(
 pub fn joined<T: Pod>(frame: &Frame, of: impl Fn(&Outputs) -> &[T]) -> Vec<T> {
     frame.outputs.iter().flat_map(|outputs| of(outputs).iter().copied()).collect()
 }
-
-/// Where a module's joints and vertices begin in a step.
-pub fn base(frame: &Frame, module: usize) -> [u32; 2] {
-    let before = &frame.outputs[..module.min(frame.outputs.len())];
-    let sum = |of: fn(&Outputs) -> usize| before.iter().map(|outputs| of(outputs)).sum::<usize>() as u32;
-    [sum(|o| o.joints.len()), sum(|o| o.draw_vertices.len())]
-}

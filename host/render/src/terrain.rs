@@ -133,12 +133,20 @@ pub struct Terrain {
     bed: Option<Laid>,
 }
 
+/// Mean depth of a bed of these heights below the surface [m].
+fn depth(heights: &[f32]) -> f32 {
+    let sum: f64 = heights.iter().map(|height| f64::from(*height)).sum();
+    (-sum / heights.len().max(1) as f64).max(0.1) as f32
+}
+
 /// A scene's bed on the device.
 struct Laid {
     bed: Arc<Bed>,
     heights: Buffer,
     /// See [`tiles::band`].
     band: [f32; 2],
+    /// Below the surface, in the mean [m].
+    depth: f32,
 }
 
 impl Terrain {
@@ -174,7 +182,7 @@ impl Terrain {
                 let heights = tiles::heights(bed);
                 let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
                 let heights = gpu.buffer_with("terrain heights", usage, &heights)?;
-                Some(Laid { bed: bed.clone(), heights, band: tiles::band(bed) })
+                Some(Laid { bed: bed.clone(), heights, band: tiles::band(bed), depth: depth(&bed.heights) })
             }
             None => None,
         };
@@ -183,7 +191,8 @@ impl Terrain {
 
     /// Where the bed lies, for the shaders.
     pub fn describe(&self, view: &mut View, lens: &Lens) {
-        let Some(Laid { bed, band, .. }) = &self.bed else { return };
+        let Some(Laid { bed, band, depth, .. }) = &self.bed else { return };
+        view.bed_depth = *depth;
         let near = tiles::nearest(bed, lens);
         let place = DVec2::from(bed.origin) + near * f64::from(bed.cell);
         view.terrain_origin = [(place.x - lens.eye.x) as f32, (place.y - lens.eye.z) as f32];
@@ -208,7 +217,7 @@ impl Terrain {
         textures: &GroundTextures,
         targets: &Targets<'_>,
     ) -> Result<()> {
-        let Some(Laid { bed, heights, band }) = &self.bed else { return Ok(()) };
+        let Some(Laid { bed, heights, band, .. }) = &self.bed else { return Ok(()) };
         let tiles = tiles::tiles(bed, *band, lens, tiles::quads(quality));
         if tiles.is_empty() {
             return Ok(());

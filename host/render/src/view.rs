@@ -8,6 +8,8 @@ use crate::water::{CausticTrain, Caustics, SURFACE_WAVES, Surface, SurfaceTrain,
 
 /// Distance of the near plane [m].
 pub const NEAR: f32 = 0.02;
+/// Depth of the bed where there is none [m].
+const NO_BED: f32 = 1e4;
 
 reef_gpu::record! {
     /// The uniform block `View`. Positions are relative to the eye, axes are the world's.
@@ -74,7 +76,7 @@ reef_gpu::record! {
         pub contact_scale: [f32; 2],
         /// x, z of the contact map's corner relative to the eye [m].
         pub contact_origin: [f32; 2],
-        /// Mean depth of the bed below the surface [m], very great without one.
+        /// Mean depth of the bed below the surface [m], very great without one: `Terrain::describe` sets it.
         pub bed_depth: f32,
         /// How far the eye is over the highest ground or under the lowest [m].
         pub aloof: f32,
@@ -219,15 +221,8 @@ pub fn view(
     view.caustic_mean = caustics.mean(high);
     view.caustic = caustics.at(lens.eye, time);
     view.surface = surface.at(lens.eye, time);
-    view.bed_depth = bed(environment);
+    view.bed_depth = NO_BED;
     view
-}
-
-/// Mean depth of the bed below the surface [m].
-fn bed(environment: &Environment) -> f32 {
-    let Some(terrain) = &environment.terrain else { return 1e4 };
-    let sum: f64 = terrain.heights.iter().map(|height| f64::from(*height)).sum();
-    (-sum / terrain.heights.len().max(1) as f64).max(0.1) as f32
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use ash::vk;
 use reef_gpu::{Buffer, BufferDesc, Cmd, Data, Gpu, Memory, Pipeline, Result, TEXEL_BYTES};
 
-use super::records::{DrawCounts, GpuInstance, GpuPart, VERTEX_WORDS, command};
+use super::records::{GpuInstance, GpuPart, MeshCounts, VERTEX_WORDS, command};
 
 /// Indices of one picture at most.
 pub(super) const MOST_INDICES: u64 = 24_000_000;
@@ -97,7 +97,7 @@ impl Buffers {
             palette: buffer("mesh joints", joints * JOINT, texels)?,
             vertex: buffer("mesh vertices", vertices * VERTEX, texels | U::VERTEX_BUFFER)?,
             index: buffer("mesh indices", indices * 4, U::INDEX_BUFFER)?,
-            draw: buffer("mesh draws", size_of::<DrawCounts>() as u64, U::INDIRECT_BUFFER)?,
+            draw: buffer("mesh draws", size_of::<MeshCounts>() as u64, U::INDIRECT_BUFFER)?,
         })
     }
 }

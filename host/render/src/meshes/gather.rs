@@ -11,7 +11,7 @@ use super::{
     records::{CUT_OUT, DRAWN_ANEW, FAR_SIDE, GpuInstance, LIT_VEIL, PLAIN, RIGID, SMOOTH, VEIL},
     stand::Canopy,
 };
-use crate::{matched::Matched, quality::Quality, steps, view::Lens};
+use crate::{matched::Matched, quality::Quality, view::Lens};
 
 /// Everything of meshes that one picture uploads.
 #[derive(Clone, Debug, Default)]
@@ -72,15 +72,18 @@ pub fn gather(
     shelf: &Shelf,
 ) -> Subject {
     let mut finds = Finds::default();
-    let (mut objects, mut materials) = (0, 0);
+    let (mut objects, mut materials, mut bases) = (0, 0, [[0; 2]; 2]);
     for (module, (now, matched)) in current.outputs.iter().zip(matched).enumerate() {
         let before = previous.of_module(module);
-        let bases = [previous, current].map(|frame| steps::base(frame, module));
         let alpha = alpha.clamp(0.0, 1.0);
         let meshes = now.meshes.iter().filter_map(|mesh| Some((&**mesh, shelf.number(mesh)?))).collect();
         let eye = lens.eye;
         let steps = Steps { before, now, alpha, eye, matched, meshes, objects, materials, module, bases };
         steps.gather(&mut finds);
+        for (base, outputs) in bases.iter_mut().zip([before, now]) {
+            base[0] += outputs.joints.len() as u32;
+            base[1] += outputs.draw_vertices.len() as u32;
+        }
         objects += now.objects.len() as u32;
         materials += now.materials.len() as u32;
     }

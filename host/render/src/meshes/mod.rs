@@ -37,8 +37,8 @@ use self::{
     gather::Subject,
     library::Library,
     records::{
-        BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_PIXEL, BIN_THIN, BIN_VEIL, DrawCounts, Drawn, GROUPS,
-        GpuPart, IndexPush, LIGHT_GROUPS, LightPush, PosePush, ScanPush, SkinPush, VERTEX_WORDS,
+        BIN_LIT, BIN_LIT_THIN, BIN_LIT_VEIL, BIN_PIXEL, BIN_THIN, BIN_VEIL, Drawn, GROUPS, IndexPush,
+        LIGHT_GROUPS, LightPush, MeshCounts, PosePush, ScanPush, SkinPush, VERTEX_WORDS,
     },
     stand::{Canopy, Standing},
 };
@@ -385,11 +385,11 @@ impl Meshes {
     }
 
     /// What the last picture's scan counted. Waits for the device: for tests and benches.
-    pub fn counts(&self) -> Result<DrawCounts> {
+    pub fn counts(&self) -> Result<MeshCounts> {
         let Some(b) = self.buffers.as_ref().filter(|_| self.picture.is_some()) else {
-            return Ok(DrawCounts::default());
+            return Ok(MeshCounts::default());
         };
-        Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&b.draw)?[..size_of::<DrawCounts>()]))
+        Ok(self.gpu.read_records(&b.draw, 1)?.pop().unwrap_or_default())
     }
 
     /// What the last picture drew. Waits for the device: for tests.
@@ -398,14 +398,11 @@ impl Meshes {
             return Ok(Drawn::default());
         };
         let counts = self.counts()?;
-        let bytes = self.gpu.read_buffer(&b.parts)?;
-        let parts = bytes.chunks_exact(size_of::<GpuPart>()).map(bytemuck::pod_read_unaligned).collect();
-        let bytes = self.gpu.read_buffer(&b.vertex)?;
-        let vertices = bytes.chunks_exact(VERTEX_WORDS * 4).take(counts.vertices as usize);
-        let vertices = vertices.map(bytemuck::pod_read_unaligned).collect();
-        let bytes = self.gpu.read_buffer(&b.index)?;
-        let indices = bytes.chunks_exact(4).take(3 * counts.triangles as usize);
-        Ok(Drawn { parts, vertices, indices: indices.map(bytemuck::pod_read_unaligned).collect() })
+        Ok(Drawn {
+            parts: self.gpu.read_records(&b.parts, usize::MAX)?,
+            vertices: self.gpu.read_records(&b.vertex, counts.vertices as usize)?,
+            indices: self.gpu.read_records(&b.index, 3 * counts.triangles as usize)?,
+        })
     }
 
     /// The meshes on the device, for tests.

@@ -28,7 +28,7 @@ pub const LIT_VEIL: u32 = 64;
 pub const CUT_OUT: u32 = 128;
 
 /// Draws by what they need of the device: lit at vertices, lit by pixels (each one-sided, two-sided), veils
-/// by pixels and at vertices, what is thinner than a pixel in the same two ways.
+/// by pixels and at vertices, what is thinner than two pixels in the same two ways.
 pub const BINS: usize = 8;
 /// Of what is lit at its vertices.
 pub const BIN_LIT: usize = 0;
@@ -217,7 +217,7 @@ reef_gpu::record! {
 
 reef_gpu::record! {
     /// What the scan wrote.
-    pub struct DrawCounts = "MeshDraws" {
+    pub struct MeshCounts = "MeshDraws" {
         /// Of each bin.
         pub commands: [IndexedDraw; BINS],
         /// Work groups over the parts that are drawn.
@@ -239,16 +239,16 @@ reef_gpu::record! {
     }
 }
 
-/// Where a bin's draw lies in [`DrawCounts`].
+/// Where a bin's draw lies in [`MeshCounts`].
 pub const fn command(bin: usize) -> u64 {
-    (offset_of!(DrawCounts, commands) + bin * size_of::<IndexedDraw>()) as u64
+    (offset_of!(MeshCounts, commands) + bin * size_of::<IndexedDraw>()) as u64
 }
 
 /// Where the work groups lie there.
-pub const GROUPS: u64 = offset_of!(DrawCounts, groups) as u64;
+pub const GROUPS: u64 = offset_of!(MeshCounts, groups) as u64;
 
 /// Where those of the light lie.
-pub const LIGHT_GROUPS: u64 = offset_of!(DrawCounts, light_groups) as u64;
+pub const LIGHT_GROUPS: u64 = offset_of!(MeshCounts, light_groups) as u64;
 
 /// What a picture drew, as it was read back.
 #[derive(Clone, Debug, Default)]

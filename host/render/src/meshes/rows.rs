@@ -12,7 +12,7 @@ use reef_streams::meshes::Mesh;
 
 use super::library::half;
 
-/// Where a vertex is in its row. Mirrors `RestRow` of `shaders/mesh.glsl`.
+/// Where a vertex is in its row, packed: `rest_row_at` of `shaders/mesh_texels.glsl` makes a `RestRow` of it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct GpuRow {
