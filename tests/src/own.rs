@@ -1,6 +1,10 @@
 //! Reef's own plugins in Rust, in one place: what is listed here is built for the tests, held to the
 //! contract, and run with the scenes.
 
+use reef_plugin::Registry;
+
+use crate::artifacts::artifacts;
+
 /// One of Reef's own plugins.
 #[derive(Clone, Copy, Debug)]
 pub struct Own {
@@ -34,6 +38,15 @@ pub fn modules() -> impl Iterator<Item = &'static Own> {
 /// Their libraries.
 pub fn libraries() -> Vec<&'static str> {
     modules().map(|plugin| plugin.library).collect()
+}
+
+/// The modules of Reef's scenes, loaded, with so many workers each.
+pub fn registry(workers: usize) -> Registry {
+    let mut plugins = Registry::new();
+    for library in libraries() {
+        plugins.load(artifacts().plugin(library), workers).expect("a sound library");
+    }
+    plugins
 }
 
 /// All of them.

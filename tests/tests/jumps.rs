@@ -11,21 +11,10 @@ use reef_sea::{
         water::Poke,
     },
 };
-use reef_tests::{
-    artifacts::{artifacts, workspace},
-    own,
-};
+use reef_tests::{artifacts::workspace, own};
 
 /// Steps that are played.
 const LAST: u64 = 150;
-
-fn plugins() -> Registry {
-    let mut plugins = Registry::new();
-    for library in own::libraries() {
-        plugins.load(artifacts().plugin(library), 2).expect("a sound library");
-    }
-    plugins
-}
 
 /// A sea of one of Reef's scenes that remembers this much [bytes].
 fn sea(name: &str, plugins: &Registry, history: usize) -> World {
@@ -109,7 +98,7 @@ fn scenes() -> Vec<String> {
 
 #[test]
 fn a_jump_ends_where_playing_ends_for_every_module() {
-    let plugins = plugins();
+    let plugins = own::registry(2);
     for scene in scenes() {
         let mut world = sea(&scene, &plugins, 256 << 20);
         let played = play(&mut world, LAST);
@@ -127,7 +116,7 @@ fn a_jump_ends_where_playing_ends_for_every_module() {
 
 #[test]
 fn what_comes_after_a_jump_back_begins_another_future() {
-    let plugins = plugins();
+    let plugins = own::registry(2);
     let mut world = sea("reef", &plugins, 256 << 20);
     play(&mut world, LAST);
     jump(&mut world, 60);
@@ -159,7 +148,7 @@ fn what_comes_after_a_jump_back_begins_another_future() {
 
 #[test]
 fn memory_for_the_past_is_bounded_and_jumps_are_the_same_without_any() {
-    let plugins = plugins();
+    let plugins = own::registry(2);
     let mut world = sea("reef", &plugins, 6 << 20);
     let played = play(&mut world, LAST);
     let memory = world.memory();
@@ -177,7 +166,7 @@ fn memory_for_the_past_is_bounded_and_jumps_are_the_same_without_any() {
 
 #[test]
 fn a_way_is_walked_picture_by_picture_and_stops_when_asked() {
-    let plugins = plugins();
+    let plugins = own::registry(2);
     let mut world = sea("reef", &plugins, 256 << 20);
     let played = play(&mut world, LAST);
     let mut timeline = Timeline::new(world);

@@ -82,6 +82,11 @@ impl Payload {
         Self { state_version: 0, bytes }
     }
 
+    /// The state in the envelope of its plugin.
+    pub fn seal(&self, plugin: &str) -> Vec<u8> {
+        Envelope { plugin, state_version: self.state_version, payload: &self.bytes }.seal()
+    }
+
     /// Its memory, for another one.
     pub fn into_memory(self) -> Vec<u8> {
         self.bytes
@@ -436,8 +441,8 @@ impl Instance {
 
     /// The whole state of the instance, in its envelope.
     pub fn save(&mut self) -> Result<Vec<u8>, PluginError> {
-        let Payload { state_version, bytes } = self.save_payload(Vec::new())?;
-        Ok(Envelope { plugin: &self.info().id, state_version, payload: &bytes }.seal())
+        let payload = self.save_payload(Vec::new())?;
+        Ok(payload.seal(&self.info().id))
     }
 
     /// The whole state of the instance, to be kept in this program's memory. `memory`: to write it into.

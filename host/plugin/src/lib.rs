@@ -63,4 +63,4 @@ pub use instance::{Instance, Payload, StepReport, StepStatus, StepTimes};
 pub use library::{Library, Plugin, pinned};
 pub use registry::{Refused, Registry};
 pub use services::Figure;
-pub use together::{Saving, Turn, save_together, step_together};
+pub use together::{Loading, Saving, Turn, load_together, save_together, step_together};

@@ -1,4 +1,4 @@
-//! All modules of a sea in one step, or while their states are saved, at the same time: each library's on the
+//! All modules of a sea in one step, or while their states are saved or loaded, at the same time: each library's on the
 //! control thread of its generation, those of one library after each other. Nobody reads what another emits
 //! in this step, so the bytes are those of one after the other.
 
@@ -52,6 +52,23 @@ impl<'a> Saving<'a> {
     }
 }
 
+/// One module's state to be taken back.
+#[derive(Debug)]
+pub struct Loading<'a> {
+    instance: &'a mut Instance,
+    module: usize,
+    state: &'a Payload,
+    /// How it ended, once [`load_together`] has returned.
+    pub loaded: Result<(), PluginError>,
+}
+
+impl<'a> Loading<'a> {
+    /// A state that an instance of the same build gave.
+    pub fn new(module: usize, instance: &'a mut Instance, state: &'a Payload) -> Self {
+        Self { instance, module, state, loaded: Ok(()) }
+    }
+}
+
 /// What is done with a module's instance.
 trait Task: Send {
     fn module(&self) -> usize;
@@ -93,6 +110,20 @@ impl Task for Saving<'_> {
     }
 }
 
+impl Task for Loading<'_> {
+    fn module(&self) -> usize {
+        self.module
+    }
+
+    fn instance(&self) -> &Instance {
+        self.instance
+    }
+
+    fn take(&mut self) {
+        self.loaded = self.instance.load_payload(self.state);
+    }
+}
+
 /// Makes all steps. The turns are in the order of their modules again when this returns.
 pub fn step_together(turns: &mut [Turn<'_>]) {
     together(turns);
@@ -101,6 +132,11 @@ pub fn step_together(turns: &mut [Turn<'_>]) {
 /// Saves all states. They are in the order of their modules again when this returns.
 pub fn save_together(savings: &mut [Saving<'_>]) {
     together(savings);
+}
+
+/// Loads all states. They are in the order of their modules again when this returns.
+pub fn load_together(loadings: &mut [Loading<'_>]) {
+    together(loadings);
 }
 
 fn together<T: Task>(tasks: &mut [T]) {

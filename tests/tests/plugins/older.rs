@@ -1,6 +1,6 @@
 //! States from before a parameter was there: the parameter has its default, all others what they had.
 
-use reef_plugin::{Registry, envelope::Envelope};
+use reef_plugin::envelope::Envelope;
 use reef_sea::scene::{self, Scene};
 use reef_tests::{
     artifacts::{artifacts, workspace},
@@ -35,10 +35,7 @@ fn without(payload: &[u8], param: usize) -> Vec<u8> {
 
 /// The default sea, which has all modules.
 fn sea() -> Scene {
-    let mut plugins = Registry::new();
-    for library in own::libraries() {
-        plugins.load(artifacts().plugin(library), 1).expect("a sound library");
-    }
+    let plugins = own::registry(1);
     let assets = workspace().join("assets");
     scene::load(&assets.join("scenes/reef.toml"), &assets, &plugins).expect("a sound scene")
 }

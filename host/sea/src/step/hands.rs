@@ -5,7 +5,6 @@ use std::{collections::VecDeque, path::Path};
 
 use reef_abi as abi;
 use reef_files::WriteError;
-use reef_plugin::Noted;
 use reef_streams::frame::CameraPose;
 
 use super::{
@@ -30,8 +29,8 @@ pub(crate) struct Hands {
     pub(crate) relived: bool,
     /// All that came.
     pub(crate) journal: Journal,
-    /// The journal's file, and the last words about it.
-    kept: Option<(Kept, Option<Noted>)>,
+    /// The journal's file.
+    kept: Option<Kept>,
     /// Touches that still move the water.
     pub(crate) pokes: Vec<ActivePoke>,
     /// In place of the scene's camera.
@@ -121,23 +120,20 @@ impl World {
 
     /// Keeps the journal in a file from now on.
     pub fn write_journal_to(&mut self, path: &Path) -> Result<(), WriteError> {
-        let kept = Kept::begin(path, &self.hands.journal)?;
-        let told = || Noted::new(format!("The journal {} holds all inputs.", path.display()));
-        let noted = kept.is_whole_at_all_times().then(told);
-        self.hands.kept = Some((kept, noted));
+        self.hands.kept = Some(Kept::begin(path, &self.hands.journal)?);
         Ok(())
     }
 
     /// Writes the journal's file at the end of the run; what comes after that is not written down.
     pub fn flush_journal(&mut self) -> Result<(), WriteError> {
-        self.hands.kept.take().map_or(Ok(()), |(kept, _)| kept.finish(&self.hands.journal))
+        self.hands.kept.take().map_or(Ok(()), |kept| kept.finish(&self.hands.journal))
     }
 
     /// Writes down that a step was made; its inputs are in the journal already.
     pub(super) fn write_down(&mut self) {
         let Hands { journal, kept, .. } = &mut self.hands;
         journal.end = self.clock.step;
-        if let Some((file, _)) = kept
+        if let Some(file) = kept
             && (file.lacks_inputs(journal) || self.clock.step.is_multiple_of(JOURNAL_STEPS))
             && let Err(error) = file.update(journal)
         {

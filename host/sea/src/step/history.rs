@@ -1,10 +1,11 @@
 //! States of the whole sea in its past, from which it is brought to any moment by loading one and making the
 //! steps that follow it. They are kept in this program's memory without envelopes or hashes; near ones are
-//! dense, those further back thinner, the further the thinner.
+//! dense, those further back thinner, the further the thinner. On the last steps of a jump's way a few more are
+//! kept for a while: whoever drags the sea's time to and fro comes there again.
 
-use std::time::Instant;
+use std::{collections::VecDeque, time::Instant};
 
-use reef_plugin::{Health, Payload, PluginError, Saving, save_together};
+use reef_plugin::{Health, Loading, Payload, PluginError, load_together};
 
 use super::{
     exchange::{Listed, Said},
@@ -24,6 +25,11 @@ const FARTHEST: u64 = 60;
 const DENSE: u64 = 3600;
 /// How much farther states just beyond that may be from each other.
 const THINNER: u64 = 16;
+
+/// Steps between two states on a jump's way, and how many of these are kept at most: the oldest of them make
+/// room for the next.
+const WALKED: u64 = 6;
+const MOST_WALKED: usize = 6;
 
 /// The sea after a step.
 #[derive(Debug)]
@@ -59,6 +65,10 @@ pub(crate) struct History {
     most: usize,
     past: Vec<Past>,
     used: usize,
+    /// The goal of the last jump, and the steps of the states that are kept because of such ways, the oldest
+    /// first.
+    goal: u64,
+    walked: VecDeque<u64>,
     /// Time that one state has taken, about [s].
     cost: f64,
     /// Size of the last one [bytes].
@@ -88,14 +98,16 @@ impl History {
     pub(crate) fn forget_from(&mut self, step: u64) {
         let kept = self.past.partition_point(|past| past.step < step);
         self.past.truncate(kept);
+        self.walked.retain(|walked| *walked < step);
         self.used = self.past.iter().map(|past| past.size).sum();
         self.reached = self.reached.min(step.saturating_sub(1));
     }
 
-    /// Forgets all, and what was tried.
+    /// Forgets all, and what was tried: the sea begins at its start.
     pub(crate) fn begin_anew(&mut self) {
         self.forget_from(0);
         self.tried = None;
+        self.grafted = false;
     }
 
     /// Whatever comes does not follow from the start.
@@ -106,15 +118,25 @@ impl History {
 
     /// The sea is at its start.
     pub(crate) fn root(&mut self) {
-        if std::mem::take(&mut self.grafted) {
+        if self.grafted {
             self.begin_anew();
         }
     }
 
     /// Whether the state after this step is wanted.
     fn wants(&self, step: u64) -> bool {
+        self.is_apart(step, self.every()) || self.walks(step)
+    }
+
+    /// Whether it is wanted because it is on a jump's way, near the goal.
+    fn walks(&self, step: u64) -> bool {
+        let last = WALKED * MOST_WALKED as u64;
+        step < self.goal && self.goal - step <= last && self.is_apart(step, WALKED)
+    }
+
+    /// Whether all states are so many steps away from this one.
+    fn is_apart(&self, step: u64, every: u64) -> bool {
         let next = self.past.partition_point(|past| past.step < step);
-        let every = self.every();
         let is_far = |tried: u64| !self.past.is_empty() || step.abs_diff(tried) >= every;
         self.most > 0
             && self.tried.is_none_or(is_far)
@@ -137,20 +159,40 @@ impl History {
     }
 
     fn add(&mut self, past: Past) {
+        if !self.is_apart(past.step, self.every()) {
+            self.walked.push_back(past.step);
+        }
         self.tried = Some(past.step);
         self.size = past.size;
         self.used += past.size;
         self.past.insert(self.past.partition_point(|other| other.step < past.step), past);
-        while self.used > self.most
-            && let Some(at) = self.dispensable()
+        if self.walked.len() > MOST_WALKED
+            && let Some(oldest) = self.oldest_walked()
         {
-            let Past { states, size, .. } = self.past.remove(at);
-            self.used -= size;
-            self.spare = states.into_iter().map(Payload::into_memory).collect();
+            self.remove(oldest);
+        }
+        while self.used > self.most
+            && let Some(at) = self.dispensable().or_else(|| self.oldest_walked())
+        {
+            self.remove(at);
         }
     }
 
-    /// The state that is missed least: the gap that it leaves is the least of those that its age allows.
+    fn remove(&mut self, at: usize) {
+        let Past { step, states, size, .. } = self.past.remove(at);
+        self.used -= size;
+        self.walked.retain(|walked| *walked != step);
+        self.spare = states.into_iter().map(Payload::into_memory).collect();
+    }
+
+    /// Where the oldest state is that is kept because of a jump's way.
+    fn oldest_walked(&self) -> Option<usize> {
+        let step = self.walked.front()?;
+        self.past.binary_search_by_key(step, |past| past.step).ok()
+    }
+
+    /// The state that is missed least: the gap that it leaves is the least of those that its age allows. None
+    /// of those that are kept because of a jump's way.
     fn dispensable(&self) -> Option<usize> {
         let newest = self.past.last()?.step;
         let gap = |at: usize| {
@@ -163,6 +205,7 @@ impl History {
         };
         // The newest is the way back from a jump.
         let all = 0..self.past.len().saturating_sub(1).max(1);
+        let all = all.filter(|at| !self.walked.contains(&self.past[*at].step));
         all.min_by(|a, b| gap(*a).total_cmp(&gap(*b)))
     }
 }
@@ -185,6 +228,7 @@ impl World {
     /// the sea is at its start.
     pub fn go_to(&mut self, step: u64) -> Result<(), PluginError> {
         let now = self.clock.step;
+        self.history.goal = step;
         let nearest = self.history.before(step).map_or(0, |past| past.step);
         if now == step || now < step && nearest <= now {
             return Ok(());
@@ -242,10 +286,15 @@ impl World {
     /// Loads the last state before a step; false: there is none.
     fn take_back(&mut self, step: u64) -> Result<bool, PluginError> {
         let Some(past) = self.history.before(step) else { return Ok(false) };
-        for (member, state) in self.members.iter_mut().zip(&past.states) {
-            member.begin_anew();
-            member.instance.load_payload(state)?;
-        }
+        let members = self.members.iter_mut().zip(&past.states).enumerate();
+        let mut loadings: Vec<Loading<'_>> = members
+            .map(|(at, (member, state))| {
+                member.begin_anew();
+                Loading::new(at, &mut member.instance, state)
+            })
+            .collect();
+        load_together(&mut loadings);
+        loadings.into_iter().try_for_each(|loading| loading.loaded)?;
         self.clock.step = past.step;
         self.hands.pokes.clone_from(&past.pokes);
         self.hands.camera = past.camera;
@@ -272,12 +321,7 @@ impl World {
         }
         let began = Instant::now();
         let mut spare = std::mem::take(&mut self.history.spare).into_iter();
-        let mut memory = || spare.next().unwrap_or_default();
-        let members = self.members.iter_mut();
-        let mut savings: Vec<Saving<'_>> =
-            members.enumerate().map(|(at, m)| Saving::new(at, &mut m.instance, memory())).collect();
-        save_together(&mut savings);
-        let saved: Vec<_> = savings.into_iter().map(|saving| saving.state).collect();
+        let saved = self.save_payloads(|| spare.next().unwrap_or_default());
         let mut states = Vec::with_capacity(saved.len());
         for (at, saved) in saved.into_iter().enumerate() {
             match saved {
@@ -354,6 +398,34 @@ mod tests {
         walk(&mut history, 1..=100);
         let from = |step: u64| history.before(step).map(|past| past.step);
         assert_eq!([1, 2, 17, 18, 100].map(from), [None, Some(1), Some(9), Some(17), Some(97)]);
+    }
+
+    #[test]
+    fn the_end_of_a_way_is_dense_until_other_ways_are_walked() {
+        let mut history = history(100_000);
+        walk(&mut history, 1..=1000);
+        let from = |history: &History, step: u64| history.before(step).map_or(0, |past| past.step);
+        // The longest way that a jump can need.
+        let gap = history.every();
+        let farthest = |history: &mut History, goal: u64| {
+            history.goal = goal;
+            let begin = from(history, goal) + 1;
+            walk(history, begin..=goal);
+            (begin..=goal).map(|step| step - from(history, step)).max()
+        };
+        let goal = from(&history, 700) + gap;
+        assert_eq!(farthest(&mut history, goal), Some(WALKED));
+        assert!(history.used <= history.most && history.walked.len() <= MOST_WALKED);
+        for goal in [300, 500, 900].map(|near| from(&history, near) + gap) {
+            assert_eq!(farthest(&mut history, goal), Some(WALKED));
+            assert!(history.used <= history.most && history.walked.len() <= MOST_WALKED);
+        }
+        // The first one's states have made room; what playing keeps is there.
+        let gaps = history.past.windows(2).map(|pair| pair[1].step - pair[0].step);
+        assert_eq!(gaps.clone().max(), Some(gap));
+        assert_eq!(gaps.filter(|it| *it < gap).count(), 2 + MOST_WALKED);
+        history.forget_from(1);
+        assert!(history.walked.is_empty());
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::{
 };
 
 use reef_files::{WriteError, Writing};
+use reef_plugin::Noted;
 
 use super::journal::{Entry, Header, Journal};
 
@@ -21,6 +22,8 @@ pub(crate) struct Kept {
     last: Option<Entry>,
     header: Header,
     end: u64,
+    /// What the program's last words say of a file that is a whole journal before the run's end.
+    _noted: Option<Noted>,
 }
 
 #[derive(Debug)]
@@ -40,6 +43,8 @@ impl Kept {
             let (file, end) = whole(path, journal)?;
             Place::File(file, end)
         };
+        let told = || Noted::new(format!("The journal {} holds all inputs.", path.display()));
+        let noted = matches!(place, Place::File(..)).then(told);
         Ok(Self {
             path: path.to_owned(),
             place,
@@ -47,6 +52,7 @@ impl Kept {
             last: journal.entries.last().cloned(),
             header: journal.header.clone(),
             end: journal.end,
+            _noted: noted,
         })
     }
 
@@ -55,11 +61,6 @@ impl Kept {
         self.last = journal.entries.last().cloned();
         self.header.clone_from(&journal.header);
         self.end = journal.end;
-    }
-
-    /// Whether the file is a whole journal already before the run's end.
-    pub(crate) fn is_whole_at_all_times(&self) -> bool {
-        matches!(self.place, Place::File(..))
     }
 
     /// Whether inputs came that are not in the file.

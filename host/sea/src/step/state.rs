@@ -15,7 +15,7 @@ use thiserror::Error;
 use reef_abi as abi;
 use reef_files as files;
 use reef_files::{WriteError, bounded};
-use reef_plugin::PluginError;
+use reef_plugin::{Payload, PluginError, Saving, save_together};
 use reef_streams::{Outputs, Stream, check};
 
 use super::{
@@ -106,9 +106,23 @@ struct SavedObject {
 }
 
 impl World {
+    /// Each module's state, all at the same time; `memory`: to write them into.
+    pub(crate) fn save_payloads(
+        &mut self,
+        mut memory: impl FnMut() -> Vec<u8>,
+    ) -> Vec<Result<Payload, PluginError>> {
+        let members = self.members.iter_mut().enumerate();
+        let mut savings: Vec<Saving<'_>> =
+            members.map(|(at, member)| Saving::new(at, &mut member.instance, memory())).collect();
+        save_together(&mut savings);
+        savings.into_iter().map(|saving| saving.state).collect()
+    }
+
     /// Each module's state in its envelope.
     pub(crate) fn save_members(&mut self) -> Result<Vec<Vec<u8>>, PluginError> {
-        self.members.iter_mut().map(|member| member.instance.save()).collect()
+        let states = self.save_payloads(Vec::new);
+        let members = self.members.iter();
+        states.into_iter().zip(members).map(|(state, m)| Ok(state?.seal(&m.instance.info().id))).collect()
     }
 
     /// The whole sea. `chain`: the hashes so far, so that a run from here continues them.

@@ -304,7 +304,6 @@ impl World {
         self.hands.pending.clear();
         self.hands.replay.clear();
         self.history.begin_anew();
-        self.history.root();
         self.hands.journal = self.setting.journal_from(0);
         self.begin_again();
     }
@@ -424,9 +423,9 @@ impl World {
             return None;
         }
         let mut states = Vec::with_capacity(self.members.len());
-        for at in 0..self.members.len() {
-            match self.members[at].instance.save() {
-                Ok(state) => states.push(state),
+        for (at, state) in self.save_payloads(Vec::new).into_iter().enumerate() {
+            match state {
+                Ok(state) => states.push(state.seal(&self.members[at].instance.info().id)),
                 Err(error) => {
                     self.note_unsaved(at, &error);
                     return None;

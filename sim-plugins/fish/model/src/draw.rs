@@ -50,9 +50,9 @@ impl Brush {
     pub(crate) fn new(shoal: &Shoal) -> Self {
         let sections = |kind: u32| shoal.kinds()[kind as usize].plan.body().segments().len();
         let mut bounds = vec![0];
-        for chunk in shoal.fish().chunks(CHUNK) {
-            let own: usize = chunk.iter().map(|fish| sections(fish.kind)).sum();
-            bounds.push(bounds[bounds.len() - 1] + own);
+        let fish: Vec<usize> = shoal.fish().iter().map(|fish| sections(fish.kind)).collect();
+        for chunk in fish.chunks(CHUNK) {
+            bounds.push(bounds[bounds.len() - 1] + chunk.iter().sum::<usize>());
         }
         let bodies = shoal.kinds().iter().map(|kind| kind.plan.body());
         Self {
@@ -69,7 +69,7 @@ impl Brush {
 
     /// Writes an object of each fish: the same in every step, whether anything is drawn or not.
     pub(crate) fn objects(shoal: &Shoal, wears: &[Wear], objects: &mut [Object]) {
-        for (number, (object, fish)) in objects.iter_mut().zip(shoal.fish()).enumerate() {
+        for (number, (object, fish)) in objects.iter_mut().zip(shoal.fish().iter()).enumerate() {
             *object = Object {
                 id: id_of(number),
                 origin: fish.position.to_array(),
@@ -97,7 +97,7 @@ impl Brush {
         workers.for_each_part_with(rooms, split, |room, part, (elements, mut joints)| {
             let mut first_joint = bounds[part];
             for (number, element) in (part * CHUNK..).zip(elements) {
-                let fish = &shoal.fish()[number];
+                let fish = shoal.fish().one(number);
                 let body = shoal.kinds()[fish.kind as usize].plan.body();
                 let wear = &wears[fish.kind as usize];
                 let (own, rest) = core::mem::take(&mut joints).split_at_mut(body.segments().len());
@@ -130,7 +130,7 @@ impl Brush {
 
     /// Writes what others perceive of each fish.
     pub(crate) fn actors(shoal: &Shoal, wears: &[Wear], actors: &mut [Actor]) {
-        for (number, (actor, fish)) in actors.iter_mut().zip(shoal.fish()).enumerate() {
+        for (number, (actor, fish)) in actors.iter_mut().zip(shoal.fish().iter()).enumerate() {
             let kind = &shoal.kinds()[fish.kind as usize];
             *actor = Actor {
                 id: id_of(number),

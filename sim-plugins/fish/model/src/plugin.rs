@@ -191,21 +191,22 @@ impl Plugin for Fish {
     }
 
     fn step(&mut self, input: &StepInput, output: &mut Output) -> Result<Status, StepError> {
-        let (hosts, anemones) = (&self.hosts, &mut self.anemones);
-        anemones.clear();
-        let is_host = |actor: &&abi::Actor| hosts.contains(&actor.species);
-        let theirs = input.actors().iter().filter(is_host);
-        anemones.extend(theirs.map(|actor| Anemone {
-            id: actor.id,
-            species: actor.species,
-            position: DVec3::from(actor.position),
-            radius: actor.radius.into(),
-        }));
-        // Ids of other modules' actors have a tag above those that a module may give.
         let heeds = input.param(id::STRANGERS) >= 0.5;
-        let is_stranger = |actor: &&abi::Actor| heeds && actor.id > abi::GREATEST_ID && !is_host(actor);
+        self.anemones.clear();
         self.strangers.clear();
-        self.strangers.extend(input.actors().iter().filter(is_stranger).map(Stranger::from));
+        for actor in input.actors() {
+            if self.hosts.contains(&actor.species) {
+                self.anemones.push(Anemone {
+                    id: actor.id,
+                    species: actor.species,
+                    position: DVec3::from(actor.position),
+                    radius: actor.radius.into(),
+                });
+            } else if heeds && actor.id > abi::GREATEST_ID {
+                // Ids of other modules' actors have a tag above those that a module may give.
+                self.strangers.push(Stranger::from(actor));
+            }
+        }
         self.shoal.step(&Surroundings {
             flow: input.flow(),
             bed: input.heightfield(),
@@ -218,7 +219,7 @@ impl Plugin for Fish {
             obstacles: input.obstacles(),
             strangers: &self.strangers,
             surface: 0.0,
-            hosts: anemones,
+            hosts: &self.anemones,
             eye: DVec3::from(input.camera().position),
             near: input.param(id::NEAR),
             dt: input.dt(),

@@ -74,21 +74,21 @@ impl Shoal {
                 continue;
             }
             let all = chunk * CHUNK..self.fish.len().min((chunk + 1) * CHUNK);
-            for number in all {
-                let fish = &self.fish[number];
-                let (kind, slot) = (fish.kind as usize, fish.slot);
+            for at in all {
+                let fish = &self.fish[at];
+                let kind = fish.kind as usize;
                 if !fish.called {
                     if fish.has_faded() {
                         self.pools[kind].give_back(fish.body);
-                        self.fish[number].body = BodyId::NONE;
+                        self.fish[at].body = BodyId::NONE;
                     }
                     continue;
                 }
                 if !fish.near {
-                    self.embody(number);
+                    self.embody(at);
                 } else if fish.position.distance(around.eye) > around.near * SLACK {
-                    self.disembody(number);
-                    let fish = &mut self.fish[number];
+                    self.disembody(at);
+                    let fish = &mut self.fish[at];
                     // What it wished for is a body's: in this step it goes on as it does.
                     let beat = self.kinds[kind].gait.beat(f64::from(fish.speed) / fish.size);
                     let beats = beat as f32 * dt;
@@ -96,7 +96,7 @@ impl Shoal {
                     glide(fish, &wish, dt);
                     continue;
                 }
-                self.stepped[kind].push(slot);
+                self.stepped[kind].push(at as u32 - self.firsts[kind]);
             }
         }
     }
@@ -121,15 +121,15 @@ impl Shoal {
         orders.resize(stepped.len(), Order::default());
         let split = (Parts::new(fish, eights), Chunks::new(orders, WIDTH));
         around.workers.for_each_part(split, |part, (fish, orders)| {
-            for (slot, order) in of(part).zip(orders) {
-                let fish = &mut fish[*slot as usize - eights[part]];
-                let wish = &wishes[grid.place(*slot as usize)];
+            for (at, order) in of(part).zip(orders) {
+                let fish = &mut fish[*at as usize - eights[part]];
+                let wish = &wishes[grid.place(fish.slot as usize)];
                 *order = Order { water: wish.water, drive: drive(fish, kind, wish, dt) };
             }
         });
         swimming.clear();
-        for (slot, order) in stepped.iter().zip(orders) {
-            let Some(body) = fish[*slot as usize].body.number() else { continue };
+        for (at, order) in stepped.iter().zip(orders) {
+            let Some(body) = fish[*at as usize].body.number() else { continue };
             swimming.push(body as u32);
             let swimmer = &mut tank.swimmers_mut()[body];
             (swimmer.water, swimmer.drive) = (order.water.as_dvec3(), order.drive);
@@ -138,15 +138,15 @@ impl Shoal {
         tank.step(swimming, around.dt, &kind.gait.stepping, around.level, around.workers);
         let tank = &*tank;
         around.workers.for_each_part(Parts::new(fish, eights), |part, fish| {
-            for slot in of(part) {
-                follow(&mut fish[*slot as usize - eights[part]], kind, tank, dt);
+            for at in of(part) {
+                follow(&mut fish[*at as usize - eights[part]], kind, tank, dt);
             }
         });
     }
 
     /// A point gets a body: in the pose that is shown, with the gait's velocities.
-    fn embody(&mut self, number: usize) {
-        let fish = &mut self.fish[number];
+    fn embody(&mut self, at: usize) {
+        let fish = &mut self.fish[at];
         let kind = &self.kinds[fish.kind as usize];
         let pool = &mut self.pools[fish.kind as usize];
         if fish.body == BodyId::NONE {
@@ -170,8 +170,8 @@ impl Shoal {
     }
 
     /// A body becomes a point: what its pose is off the gait's is kept, and fades.
-    fn disembody(&mut self, number: usize) {
-        let fish = &mut self.fish[number];
+    fn disembody(&mut self, at: usize) {
+        let fish = &mut self.fish[at];
         let kind = &self.kinds[fish.kind as usize];
         let Some(body) = fish.body.number() else { return };
         let (tank, offsets) = self.pools[fish.kind as usize].offsets_mut(fish.body);

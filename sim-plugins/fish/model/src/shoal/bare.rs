@@ -22,6 +22,8 @@ pub struct Bare {
     habits: Habits,
     grid: Grid,
     lists: Lists,
+    /// Where each is kept: at its number.
+    kept: Vec<u32>,
     seen: Vec<Seen>,
     /// How far each takes note of others [m].
     reach: f32,
@@ -59,6 +61,7 @@ impl Bare {
             habits: Habits::of(core::slice::from_ref(kind)).remove(0),
             grid: Grid::new(count, CELL * reach),
             lists: Lists::default(),
+            kept: (0..count as u32).collect(),
             seen: seen.collect(),
             reach,
             moved: vec![[Lane::default(); 3]; count.div_ceil(8)],
@@ -78,8 +81,8 @@ impl Bare {
 
     /// One step.
     pub fn step(&mut self, level: Level) {
-        let Self { grid, seen, .. } = self;
-        grid.fill(Workers::inline(), |slot| seen[slot]);
+        let Self { grid, kept, seen, .. } = self;
+        grid.fill(Workers::inline(), (0, kept), |at| seen[at]);
         self.noted = 0.0;
         reef_flow::dispatch!(level, simd => self.all(simd));
     }

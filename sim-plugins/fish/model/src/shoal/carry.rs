@@ -3,7 +3,7 @@
 
 use reef_sdk::abi::{self, Flow};
 
-use super::{Shoal, Surroundings, id_of};
+use super::{Everybody, Shoal, Surroundings, id_of};
 use crate::species::Singularity;
 
 /// A primitive below this share of its strength is none.
@@ -15,7 +15,11 @@ impl Shoal {
     /// Lists what the fish emit after a step, in the order of their numbers.
     pub(super) fn carry(&mut self, around: &Surroundings<'_>) {
         self.flows.clear();
-        for (number, fish) in self.fish.iter().enumerate() {
+        let carries = |kind: u32| self.kinds[kind as usize].carries.kind != Singularity::None;
+        if !(0..self.kinds.len() as u32).any(carries) {
+            return;
+        }
+        for (number, fish) in Everybody::new(&self.fish, &self.kept).iter().enumerate() {
             let kind = &self.kinds[fish.kind as usize];
             let flow_kind = match kind.carries.kind {
                 Singularity::None => continue,

@@ -10,7 +10,7 @@ use reef_flow::{
 };
 
 use super::{
-    FASTEST_WATER, Fish, NOBODY, Surroundings,
+    Everybody, FASTEST_WATER, Lodging, NOBODY, Surroundings,
     grid::Grid,
     habits::Habits,
     perceive::{self, Eight, Lists, Others, Sight},
@@ -49,8 +49,9 @@ pub(super) const CROWDED: u32 = 8;
 /// What all workers share in a step.
 pub(super) struct Scene<'a> {
     pub(super) around: &'a Surroundings<'a>,
-    /// By their numbers.
-    pub(super) fish: &'a [Fish],
+    pub(super) everybody: Everybody<'a>,
+    /// Of each kind that has homes, by slots.
+    pub(super) lodgings: &'a [Vec<Lodging>],
     /// Of all kinds.
     pub(super) habits: &'a [Habits],
     pub(super) grids: &'a [Grid],
@@ -121,7 +122,7 @@ impl Scene<'_> {
         let grid = &self.grids[kind];
         let places = first..first + wishes.len();
         let own = grid.slots[places.clone()].iter().zip(&grid.length[places]);
-        let fish = |slot: &u32| &self.fish[(self.firsts[kind] + slot) as usize];
+        let fish = |slot: &u32| self.everybody.one((self.firsts[kind] + slot) as usize);
         let own = own.map(|(slot, length)| (fish(slot), f64::from(*length)));
         scratch.waves.feel(self.sway, level, own);
         reef_flow::dispatch!(level, simd => decide(simd, self, scratch, kind, first, wishes));
@@ -156,16 +157,16 @@ fn eight_wishes<S: Simd>(
     let places = first..first + wishes.len();
     let eight = gathered(simd, grid, first, wishes.len());
     let numbers = scene.firsts[kind];
-    // Fish are where their numbers say: those of the next eight are asked for.
+    // Fish are not quite where their places say: those of the next eight are asked for.
     for slot in grid.slots.iter().skip(places.end).take(8) {
-        let fish = (numbers + slot) as usize;
-        prefetch(&scene.fish[fish..=fish]);
+        prefetch(core::slice::from_ref(scene.everybody.one((numbers + slot) as usize)));
     }
     let mut bounds = [[Lane::default(); 3]; 2];
     let mut point = Lane::default();
     for lane in 0..8 {
         let at = if lane < places.len() { first + lane } else { first };
-        let fish = &scene.fish[(numbers + grid.slots[at]) as usize];
+        let slot = grid.slots[at];
+        let fish = scene.everybody.one((numbers + slot) as usize);
         let own = &mut scratch.own;
         own.seed[lane] = fish.seed;
         own.hunger.0[lane] = fish.hunger;
@@ -174,7 +175,7 @@ fn eight_wishes<S: Simd>(
         own.speed.0[lane] = fish.speed;
         point.0[lane] = f32::from(u8::from(!fish.near));
         if habits.home > 0.0 {
-            let home = fish.home();
+            let home = scene.lodgings[kind][slot as usize].place();
             own.has_home.0[lane] = f32::from(u8::from(home.is_some()));
             let home = home.map_or(Vec3::ZERO, |home| (home - fish.position).as_vec3());
             (0..3).for_each(|axis| own.home[axis].0[lane] = home[axis]);

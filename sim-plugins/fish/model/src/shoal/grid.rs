@@ -7,6 +7,8 @@
 use glam::Vec3;
 use reef_sdk::{Chunks, Workers};
 
+use crate::lanes::WIDTH;
+
 /// What others see of a fish, relative to the shoal's anchor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Seen {
@@ -29,20 +31,47 @@ pub(super) struct Grid {
     bits: [u32; 3],
     /// Where each cell begins, and the end.
     starts: Vec<u32>,
-    /// By slots: each one's cell, and afterwards its place in the order.
+    /// The cell of each, as they are kept.
+    cells: Vec<u32>,
+    /// By slots: each one's place in the order.
     places: Vec<u32>,
     /// Slots in the order.
     pub(super) slots: Vec<u32>,
-    /// In the order: centres [m], courses, lengths [m], and 1 for those that look for a mate.
+    /// In the order: centres [m], and behind them a vector's that are infinitely far; courses, lengths [m],
+    /// and 1 for those that look for a mate.
     pub(super) at: [Vec<f32>; 3],
     pub(super) course: [Vec<f32>; 3],
     pub(super) length: Vec<f32>,
     pub(super) courts: Vec<f32>,
-    /// The box around all of them [m].
+    /// Of each job's, and of all.
+    extents: Vec<Extent>,
+    extent: Extent,
+}
+
+/// What bounds fish.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    /// The box around them [m].
     low: Vec3,
     high: Vec3,
+    /// The least and the greatest length [m].
     shortest: f32,
     longest: f32,
+}
+
+impl Extent {
+    /// Of nobody.
+    const NONE: Self =
+        Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, shortest: f32::INFINITY, longest: 0.0 };
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            shortest: self.shortest.min(other.shortest),
+            longest: self.longest.max(other.longest),
+        }
+    }
 }
 
 /// Cells across rows for one along them.
@@ -64,20 +93,24 @@ impl Grid {
         let across = (total / 3).clamp(1, MOST_BITS);
         let bits = [total.saturating_sub(2 * across).clamp(2, MOST_BITS), across, across];
         let floats = || vec![0.0; count];
+        let centres = || {
+            let mut centres = floats();
+            centres.resize(count + WIDTH, f32::INFINITY);
+            centres
+        };
         Self {
             per_metre: [ALONG / side, 1.0 / side, 1.0 / side],
             starts: vec![0; (1 << bits.iter().sum::<u32>()) + 1],
             bits,
+            cells: vec![0; count],
             places: vec![0; count],
             slots: vec![0; count],
-            at: [floats(), floats(), floats()],
+            at: [centres(), centres(), centres()],
             course: [floats(), floats(), floats()],
             length: floats(),
             courts: floats(),
-            low: Vec3::INFINITY,
-            high: Vec3::NEG_INFINITY,
-            shortest: f32::INFINITY,
-            longest: 0.0,
+            extents: vec![Extent::NONE; count.div_ceil(CHUNK)],
+            extent: Extent::NONE,
         }
     }
 
@@ -101,66 +134,73 @@ impl Grid {
         ((z << self.bits[1]) | y) << self.bits[0]
     }
 
-    /// Sorts all fish anew: `seen` says what others see of the fish of a slot.
-    pub(super) fn fill(&mut self, workers: Workers<'_>, seen: impl Fn(usize) -> Seen + Sync) {
-        let mut places = core::mem::take(&mut self.places);
+    /// Sorts all fish anew. `kept` says by slots where each is kept, from `first` on; `seen` what others see
+    /// of the one that is kept somewhere.
+    pub(super) fn fill(
+        &mut self,
+        workers: Workers<'_>,
+        (first, kept): (usize, &[u32]),
+        seen: impl Fn(usize) -> Seen + Sync,
+    ) {
+        let mut cells = core::mem::take(&mut self.cells);
         let grid = &*self;
-        workers.for_each_part(Chunks::new(&mut places, CHUNK), |chunk, places| {
-            for (i, place) in places.iter_mut().enumerate() {
-                *place = grid.cell(seen(chunk * CHUNK + i).at);
+        workers.for_each_part(Chunks::new(&mut cells, CHUNK), |chunk, cells| {
+            for (i, cell) in cells.iter_mut().enumerate() {
+                *cell = grid.cell(seen(chunk * CHUNK + i).at);
             }
         });
-        self.places = places;
-        self.order();
-        let Self { slots, at: [x, y, z], course: [cx, cy, cz], length, courts, .. } = self;
+        self.cells = cells;
+        self.order(first, kept);
+        let Self { slots, at: [x, y, z], course: [cx, cy, cz], length, courts, extents, .. } = self;
         let slots = &*slots;
+        let count = slots.len();
         let split = (
-            (Chunks::new(x, CHUNK), Chunks::new(y, CHUNK), Chunks::new(z, CHUNK)),
+            (Chunks::new(&mut x[..count], CHUNK), Chunks::new(&mut y[..count], CHUNK)),
+            (Chunks::new(&mut z[..count], CHUNK), Chunks::new(extents, 1)),
             (Chunks::new(cx, CHUNK), Chunks::new(cy, CHUNK), Chunks::new(cz, CHUNK)),
             (Chunks::new(length, CHUNK), Chunks::new(courts, CHUNK)),
         );
-        workers.for_each_part(split, |chunk, ((x, y, z), (cx, cy, cz), (length, courts))| {
+        workers.for_each_part(split, |chunk, ((x, y), (z, extent), (cx, cy, cz), (length, courts))| {
+            let mut all = Extent::NONE;
             for (i, slot) in slots[chunk * CHUNK..][..x.len()].iter().enumerate() {
-                let seen = seen(*slot as usize);
+                let seen = seen(kept[*slot as usize] as usize - first);
                 [x[i], y[i], z[i]] = seen.at.to_array();
                 [cx[i], cy[i], cz[i]] = seen.course.to_array();
                 (length[i], courts[i]) = (seen.length, f32::from(u8::from(seen.courts)));
+                let Seen { at, length, .. } = seen;
+                all = all.with(Extent { low: at, high: at, shortest: length, longest: length });
             }
+            extent[0] = all;
         });
-        let extreme = |of: fn(f32, f32) -> f32, from: f32| {
-            Vec3::from([0, 1, 2].map(|axis: usize| self.at[axis].iter().fold(from, |a, b| of(a, *b))))
-        };
-        (self.low, self.high) = (extreme(f32::min, f32::INFINITY), extreme(f32::max, f32::NEG_INFINITY));
-        self.shortest = self.length.iter().copied().fold(f32::INFINITY, f32::min);
-        self.longest = self.length.iter().copied().fold(0.0, f32::max);
+        self.extent = self.extents.iter().copied().fold(Extent::NONE, Extent::with);
     }
 
-    /// From cells by slots to places by slots and slots by places.
-    fn order(&mut self) {
-        let Self { starts, places, slots, .. } = self;
+    /// From cells to places by slots and slots by places.
+    fn order(&mut self, first: usize, kept: &[u32]) {
+        let Self { starts, cells, places, slots, .. } = self;
         starts.fill(0);
-        for cell in places.iter() {
+        for cell in cells.iter() {
             starts[*cell as usize] += 1;
         }
         let mut sum = 0;
         for start in starts.iter_mut() {
             (*start, sum) = (sum, sum + *start);
         }
-        for (slot, place) in (0..).zip(places.iter_mut()) {
-            let next = &mut starts[*place as usize];
+        for ((slot, at), place) in (0..).zip(kept).zip(places.iter_mut()) {
+            let next = &mut starts[cells[*at as usize - first] as usize];
             *place = *next;
             slots[*next as usize] = slot;
             *next += 1;
         }
         // Each is where the next begins now.
-        let cells = starts.len() - 1;
-        starts.copy_within(..cells, 1);
+        let ends = starts.len() - 1;
+        starts.copy_within(..ends, 1);
         starts[0] = 0;
     }
 
     /// Memory that they take [bytes].
     pub(super) fn bytes(&self) -> usize {
-        let words = [&self.starts, &self.places, &self.slots].map(|words| size_of_val(&**words));
+        let words = [&self.starts, &self.cells, &self.places, &self.slots].map(|words| size_of_val(&**words));
         let [x, y, z] = &self.at;
         let [cx, cy, cz] = &self.course;
         let numbers =
@@ -180,17 +220,17 @@ impl Grid {
 
     /// Whether any of them is in a box.
     pub(super) fn reaches(&self, low: Vec3, high: Vec3) -> bool {
-        self.low.cmple(high).all() && low.cmple(self.high).all()
+        self.extent.low.cmple(high).all() && low.cmple(self.extent.high).all()
     }
 
     /// The least length [m].
     pub(super) fn shortest(&self) -> f32 {
-        self.shortest
+        self.extent.shortest
     }
 
     /// The greatest length [m].
     pub(super) fn longest(&self) -> f32 {
-        self.longest
+        self.extent.longest
     }
 
     /// Runs of fish among whom are all in the box, each once.
@@ -288,7 +328,8 @@ mod tests {
 
     fn filled(places: &[Vec3], side: f32) -> Grid {
         let mut grid = Grid::new(places.len(), side);
-        grid.fill(Workers::inline(), |slot| Seen { at: places[slot], ..Seen::default() });
+        let kept: Vec<u32> = (0..places.len() as u32).collect();
+        grid.fill(Workers::inline(), (0, &kept), |at| Seen { at: places[at], ..Seen::default() });
         grid
     }
 

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::{Fish, Habitat, Host, Kind, Shoal};
+use super::{Everybody, Fish, Habitat, Host, Kind, Shoal};
 
 /// An anemone that a fish has taken for its home.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +14,32 @@ pub struct Home {
     pub id: u64,
     /// Where it was in the last step in which it was seen [m, world].
     pub place: DVec3,
+}
+
+/// Where a fish whose species has homes is at home.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lodging {
+    /// A home that is given by hand [m, world].
+    given: Option<DVec3>,
+    /// The anemone that it lives in.
+    pub(super) home: Option<Home>,
+}
+
+impl Lodging {
+    /// A home by hand, or none yet.
+    pub(super) fn given(given: Option<DVec3>) -> Self {
+        Self { given, home: None }
+    }
+
+    /// Whether a fish of this kind takes an anemone for its home.
+    pub(super) fn is_in_anemones(&self, kind: &Kind) -> bool {
+        self.given.is_none() && !kind.lives_in.is_empty()
+    }
+
+    /// Where it is [m, world]: what is given by hand comes first.
+    pub(super) fn place(&self) -> Option<DVec3> {
+        self.given.or(self.home.map(|home| home.place))
+    }
 }
 
 /// In one step an anemone sways by less than this share of its radius.
@@ -74,49 +100,50 @@ impl Shoal {
     /// Every fish that lives in anemones looks where its own is, and takes one if it has none. Where none is
     /// seen at all, it stays with the place that it knows.
     pub(super) fn settle(&mut self, hosts: &[Host]) {
-        let Self { fish, kinds, habitats, register, .. } = self;
-        let lives = |fish: &Fish| fish.lives_in_anemones(&kinds[fish.kind as usize]);
-        if hosts.is_empty() || !fish.iter().any(lives) {
+        let Self { fish, kept, firsts, kinds, habitats, lodgings, register, .. } = self;
+        let lives = |kind: &Kind, lodging: &Lodging| lodging.is_in_anemones(kind);
+        let mut all = kinds.iter().zip(&*lodgings);
+        if hosts.is_empty() || !all.any(|(kind, own)| own.iter().any(|lodging| lives(kind, lodging))) {
             return;
         }
         register.fill(hosts);
-        let take = |register: &mut Register, fish: &mut Fish, found: Option<usize>| {
-            fish.home = found.map(|index| Home { id: hosts[index].id, place: hosts[index].position });
+        let take = |register: &mut Register, lodging: &mut Lodging, found: Option<usize>| {
+            lodging.home = found.map(|index| Home { id: hosts[index].id, place: hosts[index].position });
             if let Some(index) = found {
                 register.tenants[index] += 1;
             }
         };
-        for own in fish.iter_mut().filter(|fish| lives(fish)) {
-            if let Some(home) = own.home {
-                let found = register.find(hosts, &kinds[own.kind as usize], &home);
-                take(register, own, found);
+        for (kind, lodgings) in kinds.iter().zip(&mut *lodgings) {
+            for lodging in lodgings.iter_mut().filter(|lodging| lives(kind, lodging)) {
+                if let Some(home) = lodging.home {
+                    let found = register.find(hosts, kind, &home);
+                    take(register, lodging, found);
+                }
             }
         }
         // Whoever finds none finds none for all of its kind in its habitat.
         let mut none = None;
-        for own in fish.iter_mut().filter(|fish| lives(fish) && fish.home.is_none()) {
-            let who = Some((own.kind, own.habitat));
-            if none == who {
-                continue;
+        let everybody = Everybody::new(fish, kept);
+        for ((kind, lodgings), first) in kinds.iter().zip(lodgings).zip(firsts) {
+            let homeless = |lodging: &Lodging| lives(kind, lodging) && lodging.home.is_none();
+            for (slot, lodging) in lodgings.iter_mut().enumerate().filter(|(_, lodging)| homeless(lodging)) {
+                let own = everybody.one(*first as usize + slot);
+                let who = Some((own.kind, own.habitat));
+                if none == who {
+                    continue;
+                }
+                let found = register.choose(hosts, kind, own, &habitats[own.habitat as usize]);
+                if found.is_none() {
+                    none = who;
+                }
+                take(register, lodging, found);
             }
-            let habitat = &habitats[own.habitat as usize];
-            let found = register.choose(hosts, &kinds[own.kind as usize], own, habitat);
-            if found.is_none() {
-                none = who;
-            }
-            take(register, own, found);
         }
     }
-}
 
-impl Fish {
-    /// Whether it takes an anemone for its home.
-    pub(super) fn lives_in_anemones(&self, kind: &Kind) -> bool {
-        self.given.is_none() && !kind.lives_in.is_empty()
-    }
-
-    /// Where its home is, if it has one [m, world]: what is given by hand comes first.
-    pub fn home(&self) -> Option<DVec3> {
-        self.given.or(self.home.map(|home| home.place))
+    /// Where a fish of a species that has homes is at home.
+    pub(super) fn lodging(&self, number: usize) -> Option<&Lodging> {
+        let fish = self.one(number);
+        self.lodgings[fish.kind as usize].get(fish.slot as usize)
     }
 }

@@ -14,6 +14,7 @@ mod decide;
 mod grid;
 mod habits;
 mod homes;
+mod keep;
 mod kind;
 mod perceive;
 mod pool;
@@ -37,7 +38,8 @@ use decide::{Scene, Scratch, Wish};
 use grid::{Grid, Seen};
 use habits::Habits;
 pub use homes::Home;
-use homes::Register;
+use homes::{Lodging, Register};
+pub use keep::Everybody;
 pub use kind::Kind;
 use pool::{BodyId, Pool};
 pub use state::State;
@@ -85,10 +87,6 @@ pub struct Fish {
     /// While it is near, or its pose fades into the gait's.
     body: BodyId,
     habitat: u32,
-    /// A home that is given by hand [m, world].
-    given: Option<DVec3>,
-    /// The anemone that it lives in.
-    home: Option<Home>,
     seed: u64,
     /// Over that of the species.
     pub size: f64,
@@ -167,10 +165,18 @@ pub struct Surroundings<'a> {
 pub struct Shoal {
     kinds: Vec<Kind>,
     habitats: Vec<Habitat>,
+    /// Kind by kind; of each kind about in the order of its grid.
     fish: Vec<Fish>,
+    /// Where the fish of each number is among these.
+    kept: Vec<u32>,
+    /// Steps until they are put in the order of their grids again.
+    orderly: u32,
+    /// Of each kind that has homes, by slots.
+    lodgings: Vec<Vec<Lodging>>,
     /// The bodies of each kind.
     pools: Vec<Pool>,
-    /// The fish of each kind whose bodies are stepped, by their slots, and what is asked of these.
+    /// Where the fish of each kind are kept, from its first on, whose bodies are stepped, and what is asked of
+    /// these.
     stepped: Vec<Vec<u32>>,
     orders: Vec<Order>,
     /// The bodies that are stepped, ascending.
@@ -249,6 +255,9 @@ impl Shoal {
             eights: Vec::with_capacity(starts.len() / 8 + 2),
             habitats,
             fish: Vec::with_capacity(starts.len()),
+            kept: (0..starts.len() as u32).collect(),
+            orderly: 0,
+            lodgings: Vec::with_capacity(kinds.len()),
             pools: Vec::new(),
             stepped: Vec::new(),
             orders: Vec::with_capacity(starts.len().min(pool::ROOM)),
@@ -277,14 +286,26 @@ impl Shoal {
             }
             shoal.pools.push(Pool::new(kind.plan.clone(), own.len()));
             shoal.stepped.push(Vec::with_capacity(own.len()));
+            let homes = own.iter().filter(|_| kind.mind.home > 0.0);
+            shoal.lodgings.push(homes.map(|start| Lodging::given(start.home)).collect());
             shoal.fish.extend(own.iter().enumerate().map(|(slot, start)| fish(start, slot as u32, kind)));
         }
         Ok(shoal)
     }
 
     /// All fish.
-    pub fn fish(&self) -> &[Fish] {
-        &self.fish
+    pub fn fish(&self) -> Everybody<'_> {
+        Everybody::new(&self.fish, &self.kept)
+    }
+
+    /// A fish by its number.
+    fn one(&self, number: usize) -> &Fish {
+        self.fish().one(number)
+    }
+
+    /// Where the home of a fish is, if it has one [m, world].
+    pub fn home(&self, number: usize) -> Option<DVec3> {
+        self.lodging(number).and_then(Lodging::place)
     }
 
     /// All kinds.
@@ -299,7 +320,8 @@ impl Shoal {
 
     /// Memory that they take: all that grows with their number [bytes].
     pub fn bytes(&self) -> usize {
-        let fish = size_of_val(&*self.fish) + size_of_val(&*self.wishes);
+        let homes: usize = self.lodgings.iter().map(|lodgings| size_of_val(&**lodgings)).sum();
+        let fish = size_of_val(&*self.fish) + size_of_val(&*self.kept) + size_of_val(&*self.wishes) + homes;
         let grids: usize = self.grids.iter().map(Grid::bytes).sum();
         let bodies: usize = self.pools.iter().map(Pool::bytes).sum();
         fish + grids + bodies
@@ -323,19 +345,35 @@ impl Shoal {
         self.settle(around.hosts);
         around.waves.fill(&mut self.sway);
         let Self {
-            fish, kinds, grids, anchor, firsts, habits, paces, flow, field, standing, scratch, ..
+            fish,
+            kept,
+            orderly,
+            kinds,
+            grids,
+            anchor,
+            firsts,
+            habits,
+            paces,
+            flow,
+            field,
+            standing,
+            scratch,
+            ..
         } = self;
         // No fish feels what fish carry: their own would push them for ever.
         let ours = 1..=fish.len() as u64;
         flow.clear();
         flow.extend(around.flow.iter().filter(|flow| !ours.contains(&flow.owner)));
         field.refill(flow);
-        let (fish, anchor) = (&*fish, *anchor);
+        let anchor = *anchor;
+        let reorder = *orderly == 0;
+        *orderly = if reorder { ORDERLY } else { *orderly - 1 };
         for ((grid, kind), first) in grids.iter_mut().zip(kinds.iter()).zip(firsts.iter()) {
-            let own = &fish[*first as usize..*first as usize + grid.len()];
+            let own = *first as usize..*first as usize + grid.len();
+            let (fish, kept) = (&mut fish[own.clone()], &mut kept[own.clone()]);
             let length = kind.length();
-            grid.fill(around.workers, |slot| {
-                let fish = &own[slot];
+            grid.fill(around.workers, (own.start, kept), |at| {
+                let fish = &fish[at];
                 Seen {
                     at: (fish.position - anchor).as_vec3(),
                     course: fish.course,
@@ -343,6 +381,9 @@ impl Shoal {
                     courts: fish.love >= 1.0,
                 }
             });
+            if reorder {
+                keep::put_in_order(fish, own.start, &grid.slots, kept);
+            }
         }
         standing.fill(around, habits, grids.iter().map(Grid::shortest));
         paces.clear();
@@ -357,6 +398,8 @@ impl Shoal {
     fn wish(&mut self, around: &Surroundings<'_>) {
         let Self {
             fish,
+            kept,
+            lodgings,
             habits,
             grids,
             paces,
@@ -380,7 +423,8 @@ impl Shoal {
         let farthest = grids.iter().zip(&*habits).map(|(grid, own)| f64::from(grid.longest() * own.range));
         let scene = Scene {
             around,
-            fish,
+            everybody: Everybody::new(fish, kept),
+            lodgings,
             habits,
             grids,
             paces,
@@ -403,6 +447,9 @@ impl Shoal {
     }
 }
 
+/// Steps after which fish are put in the order of their grids anew: no byte of what they do depends on it.
+const ORDERLY: u32 = 64;
+
 /// So many heights of a bed are gone through in the time in which a fish asks for two of them.
 const HEIGHTS_OF_A_FISH: usize = 16;
 
@@ -421,8 +468,6 @@ fn fish(start: &Start, slot: u32, kind: &Kind) -> Fish {
         slot,
         body: BodyId::NONE,
         habitat: start.habitat,
-        given: start.home.filter(|_| kind.mind.home > 0.0),
-        home: None,
         seed: start.seed,
         size: start.size,
         position: start.position,

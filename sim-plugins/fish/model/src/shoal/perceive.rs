@@ -10,7 +10,7 @@ use super::{
     grid::{Grid, Run, Runs},
     habits::Habits,
 };
-use crate::lanes::{Vector, add_scaled, dot, scale, select, sub, sub_scaled};
+use crate::lanes::{Vector, WIDTH, add_scaled, dot, scale, select, sub, sub_scaled};
 
 /// Square of the cosine of the angle from its course beyond which a fish sees nothing: 150 degrees.
 const BEHIND2: f32 = 0.75;
@@ -88,41 +88,40 @@ impl Default for Lists {
 }
 
 /// Goes through all fish of a grid within reach of any of eight.
-struct Search<'a> {
+struct Search<'a, S: Simd> {
     grid: &'a Grid,
     runs: Runs<'a>,
     run: Run,
+    /// The box around the eight [m], and the square of how far the one looks that looks farthest [m²].
+    low: Vector<S>,
+    high: Vector<S>,
+    farthest2: f32x8<S>,
 }
 
-impl<'a> Search<'a> {
+impl<'a, S: Simd> Search<'a, S> {
     /// Of fish within `reach` [m] of any of the eight.
     #[inline(always)]
-    fn new<S: Simd>(grid: &'a Grid, eight: &Eight<S>, reach: f32x8<S>) -> Self {
-        let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
-        for axis in 0..3 {
-            let lows: [f32; 8] = (eight.at[axis] - reach).into();
-            let highs: [f32; 8] = (eight.at[axis] + reach).into();
-            (low[axis], high[axis]) = (lows[0], highs[0]);
-            for lane in 1..8 {
-                low[axis] = lows[lane].min(low[axis]);
-                high[axis] = highs[lane].max(high[axis]);
-            }
+    fn new(simd: S, grid: &'a Grid, eight: &Eight<S>, reach: f32x8<S>) -> Self {
+        let bounds = |lanes: f32x8<S>| {
+            let lanes: [f32; 8] = lanes.into();
+            lanes[1..].iter().fold((lanes[0], lanes[0]), |(low, high), x| (x.min(low), x.max(high)))
+        };
+        let farthest = bounds(reach).1;
+        let first = Vec3::from(eight.at.map(|at| bounds(at - reach).0));
+        let last = Vec3::from(eight.at.map(|at| bounds(at + reach).1));
+        Self {
+            grid,
+            runs: if grid.reaches(first, last) { grid.runs(first, last) } else { grid.no_runs() },
+            run: 0..0,
+            low: eight.at.map(|at| splat(simd, bounds(at).0)),
+            high: eight.at.map(|at| splat(simd, bounds(at).1)),
+            farthest2: splat(simd, farthest * farthest),
         }
-        let (low, high) = (Vec3::from(low), Vec3::from(high));
-        let runs = if grid.reaches(low, high) { grid.runs(low, high) } else { grid.no_runs() };
-        Self { grid, runs, run: 0..0 }
     }
 
     /// The next of them, by their places; None: there are no more.
     #[inline(always)]
-    fn more<S: Simd>(
-        &mut self,
-        simd: S,
-        eight: &Eight<S>,
-        reach2: f32x8<S>,
-        list: &mut [u32; LISTED],
-    ) -> usize {
-        let [x, y, z] = &self.grid.at;
+    fn more(&mut self, simd: S, eight: &Eight<S>, reach2: f32x8<S>, list: &mut [u32; LISTED]) -> usize {
         let mut count = 0;
         while count <= LISTED - PART {
             if self.run.is_empty() {
@@ -133,11 +132,23 @@ impl<'a> Search<'a> {
             }
             let part = self.run.start..self.run.end.min(self.run.start + PART);
             self.run.start = part.end;
-            let (x, y, z) = (&x[part.clone()], &y[part.clone()], &z[part.clone()]);
-            for (i, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
-                let way = sub([splat(simd, *x), splat(simd, *y), splat(simd, *z)], eight.at);
-                list[count] = (part.start + i) as u32;
-                count += usize::from(dot(way, way).simd_le(reach2).any_true());
+            // Behind the last there is room for a vector.
+            for first in part.clone().step_by(WIDTH) {
+                let mut squared = splat(simd, 0.0);
+                for axis in 0..3 {
+                    let at = f32x8::from_slice(simd, &self.grid.at[axis][first..first + WIDTH]);
+                    let off = (self.low[axis] - at).max(at - self.high[axis]).max(splat(simd, 0.0));
+                    squared = mul_add(off, off, squared);
+                }
+                let mut near = squared.simd_le(self.farthest2).to_bitmask();
+                near &= u64::MAX >> (64 - (part.end - first).min(WIDTH));
+                while near != 0 {
+                    let other = first + near.trailing_zeros() as usize;
+                    let way = sub(place_of(simd, self.grid, other), eight.at);
+                    list[count] = other as u32;
+                    count += usize::from(dot(way, way).simd_le(reach2).any_true());
+                    near &= near - 1;
+                }
             }
         }
         count
@@ -225,7 +236,7 @@ pub(super) fn own<S: Simd>(
     sight.courses = sub(sight.courses, eight.course);
     let courting = habits.mating && eight.courts.simd_gt(zero).any_true();
     let keeps = keeps(simd, habits, eight);
-    let mut search = Search::new(grid, eight, reach);
+    let mut search = Search::new(simd, grid, eight, reach);
     loop {
         let Lists { near, close } = &mut *lists;
         let count = search.more(simd, eight, reach2, near);
@@ -278,7 +289,7 @@ pub(super) fn nearest<S: Simd>(
     into: &mut Nearest<S>,
 ) {
     let range2 = range * range;
-    let mut search = Search::new(grid, eight, range);
+    let mut search = Search::new(simd, grid, eight, range);
     loop {
         let count = search.more(simd, eight, range2, &mut lists.near);
         if count == 0 {
@@ -328,7 +339,7 @@ pub(super) fn strangers<S: Simd>(
     let reach = close(simd, them.habits, eight, them.width * grid.longest(), them.avoids).min(reach);
     let reach2 = reach * reach;
     let keeps = keeps(simd, them.habits, eight);
-    let mut search = Search::new(grid, eight, reach);
+    let mut search = Search::new(simd, grid, eight, reach);
     loop {
         let count = search.more(simd, eight, reach2, &mut lists.near);
         if count == 0 {

@@ -19,7 +19,7 @@ const SHORTEST: f32 = 0.2;
 impl Shoal {
     /// Writes the nodes of a fish [m, relative to the returned origin, world]; `into` has room for them.
     pub fn nodes(&self, number: usize, into: &mut [[f32; 3]]) -> DVec3 {
-        let size = self.fish[number].size as f32;
+        let size = self.one(number).size as f32;
         let origin = self.pose(number, into);
         into.iter_mut().for_each(|at| *at = at.map(|x| x * size));
         origin
@@ -27,7 +27,7 @@ impl Shoal {
 
     /// As [`Shoal::nodes`], at the species' own size.
     fn pose(&self, number: usize, into: &mut [[f32; 3]]) -> DVec3 {
-        let fish = &self.fish[number];
+        let fish = self.one(number);
         let kind = &self.kinds[fish.kind as usize];
         let pool = &self.pools[fish.kind as usize];
         if let Some(body) = fish.body.number().filter(|_| fish.near) {
@@ -48,7 +48,7 @@ impl Shoal {
     /// Writes the frames of a fish's segments, nose first, relative to the returned origin [m, world].
     /// `nodes` is room for its nodes: there they are at the species' own size afterwards.
     pub fn frames(&self, number: usize, nodes: &mut [[f32; 3]], into: &mut [Joint]) -> DVec3 {
-        let fish = &self.fish[number];
+        let fish = self.one(number);
         let kind = &self.kinds[fish.kind as usize];
         let origin = self.pose(number, nodes);
         sections(&kind.plan, nodes, fish.size as f32, into);
@@ -57,7 +57,7 @@ impl Shoal {
 
     /// Springs of a fish as lines; muscles are the redder the shorter they are.
     pub fn lines(&self, number: usize, lines: &mut Vec<DebugLine>) {
-        let fish = &self.fish[number];
+        let fish = self.one(number);
         let body = self.kinds[fish.kind as usize].plan.body();
         let mut nodes = vec![[0.0; 3]; body.nodes().len()];
         let origin = self.nodes(number, &mut nodes);

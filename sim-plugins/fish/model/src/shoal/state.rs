@@ -152,11 +152,12 @@ impl Shoal {
     /// The present state.
     pub fn save(&self) -> State {
         let mut state = State { time: self.time, ..State::default() };
-        for fish in &self.fish {
+        for (number, fish) in self.fish().iter().enumerate() {
             let pool = &self.pools[fish.kind as usize];
             state.nodes.push(self.kinds[fish.kind as usize].plan.body().nodes().len() as u32);
-            state.homes.push(fish.home.map_or(0, |home| home.id));
-            state.home_places.extend(fish.home.map_or([0.0; OF_HOME], |home| home.place.to_array()));
+            let home = self.lodging(number).and_then(|lodging| lodging.home);
+            state.homes.push(home.map_or(0, |home| home.id));
+            state.home_places.extend(home.map_or([0.0; OF_HOME], |home| home.place.to_array()));
             state.places.extend(fish.position.to_array());
             state.minds.extend(fish.course.to_array());
             state.minds.push(fish.speed);
@@ -190,7 +191,7 @@ impl Shoal {
     /// What is wrong with it; then nothing has changed.
     pub fn load(&mut self, state: &State) -> Result<(), String> {
         let own = |fish: &Fish| self.kinds[fish.kind as usize].plan.body().nodes().len() as u32;
-        let nodes: Vec<u32> = self.fish.iter().map(own).collect();
+        let nodes: Vec<u32> = self.fish().iter().map(own).collect();
         if state.nodes != nodes {
             return Err(format!(
                 "is of {} fish with other bodies; here are {}",
@@ -223,10 +224,15 @@ impl Shoal {
         self.pools.iter_mut().for_each(Pool::clear);
         let parts = state.places.as_chunks::<OF_PLACE>().0.iter().zip(state.minds.as_chunks::<OF_MIND>().0);
         let homes = state.homes.iter().zip(state.home_places.as_chunks::<OF_HOME>().0);
-        for (fish, (id, place)) in self.fish.iter_mut().zip(homes) {
-            fish.home = (*id != 0).then(|| Home { id: *id, place: (*place).into() });
+        for (number, (id, place)) in homes.enumerate() {
+            let fish = self.one(number);
+            let (kind, slot) = (fish.kind as usize, fish.slot as usize);
+            if let Some(lodging) = self.lodgings[kind].get_mut(slot) {
+                lodging.home = (*id != 0).then(|| Home { id: *id, place: (*place).into() });
+            }
         }
-        for ((fish, near), (place, mind)) in self.fish.iter_mut().zip(&state.near).zip(parts) {
+        for ((at, near), (place, mind)) in self.kept.iter().zip(&state.near).zip(parts) {
+            let fish = &mut self.fish[*at as usize];
             fish.near = *near == BODY;
             fish.position = DVec3::from_slice(&place[..3]);
             fish.course = Vec3::from_slice(&mind[..3]);
@@ -274,7 +280,7 @@ impl Shoal {
         let mut bodies = state.bodies.as_chunks::<3>().0.iter();
         let mut origins = state.origins.as_chunks::<OF_ORIGIN>().0.iter();
         for (number, (((fish, nodes), near), (place, mind))) in
-            self.fish.iter().zip(&state.nodes).zip(&state.near).zip(parts).enumerate()
+            self.fish().iter().zip(&state.nodes).zip(&state.near).zip(parts).enumerate()
         {
             let kind = &self.kinds[fish.kind as usize];
             let bounds = Bounds::of(fish, kind);
@@ -307,7 +313,9 @@ impl Shoal {
                 }
             }
             let (id, home) = (state.homes[number], DVec3::from(homes[number]));
-            if id == 0 && home != DVec3::ZERO || id != 0 && !fish.lives_in_anemones(kind) {
+            if id == 0 && home != DVec3::ZERO
+                || id != 0 && !self.lodging(number).is_some_and(|lodging| lodging.is_in_anemones(kind))
+            {
                 return refuse(format!("with a home that it has not: {id:#x} at {home}"));
             }
             if id != 0 && !(0.0..=FARTHEST).contains(&off(home)) {

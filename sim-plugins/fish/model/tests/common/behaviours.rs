@@ -182,13 +182,13 @@ pub fn watch(behaviour: Behaviour, bodies: bool, seconds: f64) -> Seen {
             let low = around.bed.map_or(f64::INFINITY, |bed| at.y - f64::from(bed.height(at.x, at.z)));
             let gap = around.obstacles.iter().map(|rock| off(rock, at)).fold(low, f64::min);
             longest(&mut inside[i], gap < 0.0, &mut seen.stuck);
-            for (j, other) in shoal.fish()[..i].iter().enumerate() {
+            for (j, other) in shoal.fish().iter().take(i).enumerate() {
                 let widths = kind.plan.body().width() * fish.size
                     + shoal.kinds()[other.kind as usize].plan.body().width() * other.size;
                 let near = at.distance(other.position) < 0.5 * widths;
                 longest(&mut touching[i * count + j], near, &mut seen.touching);
             }
-            if let (true, Some(home)) = (settled, fish.home()) {
+            if let (true, Some(home)) = (settled, shoal.home(i)) {
                 let leaves = kind.mind.home * kind.length() * fish.size;
                 seen.strayed = seen.strayed.max(at.distance(home) / leaves);
             }

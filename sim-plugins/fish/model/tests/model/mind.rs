@@ -188,7 +188,7 @@ fn rocks_the_bed_and_the_surface_are_kept_clear_of() {
         let mut least = [f64::INFINITY; 3];
         for step in 0..(seconds / DT) as usize {
             shoal.step(&here);
-            for fish in shoal.fish() {
+            for fish in shoal.fish().iter() {
                 let at = fish.position;
                 least[0] = least[0].min(at.y - f64::from(bed.height(at.x, at.z)));
                 least[1] = least[1].min(-at.y);

@@ -82,8 +82,14 @@ impl Cloud {
         for swarm in &self.swarms {
             let count = swarm.plan.count as usize;
             let (all, rest) = into.split_at_mut(count);
-            let own = &self.at[axis][swarm.pieces.start * slots..];
-            each_slot(count, [self.members, self.groups], |i, slot| all[i] = own[slot]);
+            let own = self.at[axis][swarm.pieces.start * slots..].chunks_exact(slots);
+            for (all, own) in all.chunks_mut(slots).zip(own) {
+                // The order of [`slot_of`].
+                for (group, all) in all.chunks_mut(self.members).enumerate() {
+                    let own = own[group..].iter().step_by(self.groups);
+                    all.iter_mut().zip(own).for_each(|(all, own)| *all = *own);
+                }
+            }
             into = rest;
         }
     }
