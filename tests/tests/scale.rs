@@ -11,6 +11,7 @@ use reef_sea::scene::{
     format, params,
     scale::{Defaults, in_metres},
     species_schema,
+    terrain_tables::TerrainTable,
     unit::from_metres,
 };
 use serde_json::{Map, Value as Json, json};
@@ -271,7 +272,7 @@ fn what_is_not_there_has_its_default_in_the_scenes_units() {
     assert!(near(file.water.depth, 0.05) && near(file.camera.near, 0.0002));
     let terrain = file.terrain.expect("there");
     assert!(near(terrain.ripples.spacing, 0.0014) && near(terrain.rocks.size[1], 0.007));
-    assert_eq!(terrain.gain, format::TerrainTable::default().gain);
+    assert_eq!(terrain.gain, TerrainTable::default().gain);
     // Species keep what their tables do not say.
     let (_, root, species) = tables().remove(2);
     let mut table = json!({ "foot": { "height": 7.0 } });
