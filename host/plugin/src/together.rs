@@ -1,6 +1,6 @@
-//! All modules of a sea in one step, or while their states are saved or loaded, at the same time: each library's on the
-//! control thread of its generation, those of one library after each other. Nobody reads what another emits
-//! in this step, so the bytes are those of one after the other.
+//! All modules of a sea in one step, or while their states are saved or loaded, at the same time: each
+//! library's on the control thread of its generation, those of one library after each other. Nobody reads what
+//! another emits in this step, so the bytes are those of one after the other.
 
 use std::slice::ChunkByMut;
 

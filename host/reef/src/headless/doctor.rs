@@ -27,7 +27,7 @@ struct Finding {
     detail: String,
     /// What to do about it, a line each: what of the environment hides it, else the commands that install it;
     /// empty where it is there.
-    install: Vec<String>,
+    remedy: Vec<String>,
 }
 
 /// Everything that was found.
@@ -60,51 +60,50 @@ pub fn run(common: &Common, _args: &Args) -> Outcome {
 
 fn examine(common: &Common) -> Diagnosis {
     let mut findings = Vec::new();
-    let mut add = |what, needed, outcome: Result<String, String>, group: &str| {
-        let (found, detail) = match outcome {
-            Ok(detail) => (true, detail),
-            Err(detail) => (false, detail),
+    let nothing: fn() -> Option<String> = || None;
+    let mut add =
+        |what, needed, outcome: Result<String, String>, group: &str, hidden: fn() -> Option<String>| {
+            let (found, detail) = match outcome {
+                Ok(detail) => (true, detail),
+                Err(detail) => (false, detail),
+            };
+            // What the environment hides is not mended by installing it once more.
+            let remedy = match group {
+                _ if found => Vec::new(),
+                "" => Vec::new(),
+                _ => hidden().map_or_else(
+                    || packages::commands(&[group]),
+                    |hidden| hidden.lines().map(str::to_owned).collect(),
+                ),
+            };
+            findings.push(Finding { what, needed, found, detail, remedy });
+            found
         };
-        // What the environment hides is not mended by installing it once more.
-        let hidden = match what {
-            "Vulkan device" => advice::hidden_drivers(),
-            "validation layer" => advice::hidden_layers(),
-            _ => None,
-        };
-        let install = match hidden {
-            _ if found || group.is_empty() => Vec::new(),
-            Some(hidden) => hidden.lines().map(str::to_owned).collect(),
-            None => packages::commands(&[group]),
-        };
-        findings.push(Finding { what, needed, found, detail, install });
-        found
-    };
 
     let machine = inspect_machine();
     let mut devices = Vec::new();
     let mut layers = Vec::new();
     match machine.loader {
         Ok(version) => {
-            add("Vulkan loader", true, Ok(format!("speaks Vulkan {version}")), "run");
+            add("Vulkan loader", true, Ok(format!("speaks Vulkan {version}")), "run", nothing);
             layers = machine.layers;
-            match machine.devices {
+            let able = match machine.devices {
                 Ok(found) => {
                     let able = found.iter().filter(|device| device.missing.is_empty()).count();
                     let detail = format!("{} found, {able} can run Reef", found.len());
-                    add("Vulkan device", true, if able > 0 { Ok(detail) } else { Err(detail) }, "run");
                     devices = found;
+                    if able > 0 { Ok(detail) } else { Err(detail) }
                 }
-                Err(error) => {
-                    add("Vulkan device", true, Err(error.to_string()), "run");
-                }
-            }
+                Err(error) => Err(error.to_string()),
+            };
+            add("Vulkan device", true, able, "run", advice::hidden_drivers);
         }
         Err(error) => {
-            add("Vulkan loader", true, Err(error.to_string()), "run");
+            add("Vulkan loader", true, Err(error.to_string()), "run", nothing);
         }
     }
     if devices.iter().any(|device| device.missing.is_empty()) {
-        add("picture", true, try_to_draw(common), "");
+        add("picture", true, try_to_draw(common), "", nothing);
     }
     let has_layer = layers.iter().find(|layer| layer.name == "VK_LAYER_KHRONOS_validation");
     add(
@@ -114,20 +113,33 @@ fn examine(common: &Common) -> Diagnosis {
             .map(|layer| format!("of Vulkan {}", layer.version))
             .ok_or_else(|| "not there: `reef validate` needs it".to_owned()),
         "validate",
+        advice::hidden_layers,
     );
-    add("window libraries", false, window_libraries(), "window");
+    add("window libraries", false, window_libraries(), "window", nothing);
     let display = ["WAYLAND_DISPLAY", "DISPLAY"]
         .into_iter()
         .find_map(|name| std::env::var(name).ok().filter(|v| !v.is_empty()).map(|v| format!("{name}={v}")));
-    add("display", false, display.ok_or_else(|| "none: `reef render` draws without one".to_owned()), "");
-    add("virtual display", false, program("Xvfb", "only the window's tests need it"), "window-tests");
-    add("ffmpeg", false, program("ffmpeg", "`reef render --out F.mp4` needs it"), "video");
+    add(
+        "display",
+        false,
+        display.ok_or_else(|| "none: `reef render` draws without one".to_owned()),
+        "",
+        nothing,
+    );
+    add(
+        "virtual display",
+        false,
+        program("Xvfb", "only the window's tests need it"),
+        "window-tests",
+        nothing,
+    );
+    add("ffmpeg", false, program("ffmpeg", "`reef render --out F.mp4` needs it"), "video", nothing);
     let compiler = if cfg!(feature = "shaderc") {
         Ok("built in: shaders are reloaded while Reef runs".to_owned())
     } else {
         Err("not built in: `cargo xtask shaders` compiles shaders".to_owned())
     };
-    add("shader compiler", false, compiler, "shaders");
+    add("shader compiler", false, compiler, "shaders", nothing);
 
     let can_render = findings.iter().all(|finding| finding.found || !finding.needed);
     Diagnosis { can_render, findings, devices, layers }
@@ -185,7 +197,7 @@ fn describe(diagnosis: &Diagnosis) -> String {
             (false, false) => "without",
         };
         lines.push(format!("{mark}  {:<17} {}", finding.what, finding.detail));
-        for command in &finding.install {
+        for command in &finding.remedy {
             lines.push(format!("{:28}{command}", ""));
         }
     }
@@ -219,7 +231,7 @@ mod tests {
         assert_eq!(diagnosis.can_render, needed.iter().all(|f| f.found));
         for finding in &diagnosis.findings {
             assert!(!finding.detail.is_empty(), "{}", finding.what);
-            assert!(finding.install.is_empty() || !finding.found, "{} is there", finding.what);
+            assert!(finding.remedy.is_empty() || !finding.found, "{} is there", finding.what);
         }
         let json = serde_json::to_value(&diagnosis).expect("JSON");
         assert!(json["can_render"].is_boolean() && json["devices"].is_array());

@@ -86,7 +86,10 @@ pub fn run(common: &Common, args: &Args) -> Outcome {
         (outcome, Some(signal)) => return cut_short(args, outcome.ok(), sink, signal),
         (outcome, None) => outcome?,
     };
-    sink.finish()?;
+    match (sink.finish(), in_order.asked()) {
+        (Err(_), Some(signal)) => return not_written(args, signal),
+        (finished, _) => finished?,
+    }
     if common.json {
         say(json!({
             "out": shown(&args.out),
@@ -114,16 +117,20 @@ struct Drawn {
     milliseconds: f64,
 }
 
-/// Keeps what is whole after a signal: the frames of a folder. Half a film is none, and a single picture is the
-/// last one.
+/// Keeps what is whole after a signal: the frames of a folder. Half a film is none, and a single picture is
+/// the last one.
 fn cut_short(args: &Args, drawn: Option<Drawn>, sink: Sink, signal: &str) -> Outcome {
     let frames = drawn.map_or(0, |drawn| drawn.frames);
-    if frames > 0 && matches!(sink, Sink::Folder { .. }) {
-        sink.finish()?;
-        tracing::warn!("ended by {signal}: {} has {frames} of {} frames", args.out.display(), args.frames);
-    } else {
-        tracing::warn!("ended by {signal}: {} is not written", args.out.display());
+    if frames == 0 || !matches!(sink, Sink::Folder { .. }) {
+        return not_written(args, signal);
     }
+    sink.finish()?;
+    tracing::warn!("ended by {signal}: {} has {frames} of {} frames", args.out.display(), args.frames);
+    Ok(())
+}
+
+fn not_written(args: &Args, signal: &str) -> Outcome {
+    tracing::warn!("ended by {signal}: {} is not written", args.out.display());
     Ok(())
 }
 
@@ -150,8 +157,11 @@ fn frames(
     let bar = say::progress(args.frames, "frames", !common.json);
     let began = Instant::now();
     let mut drawn = 0;
-    while drawn < args.frames && going_on() {
-        show.go_to(args.from + drawn as f64 / args.fps);
+    while drawn < args.frames {
+        show.go_to_while(args.from + drawn as f64 / args.fps, going_on);
+        if !going_on() {
+            break;
+        }
         drawn += 1;
         if drawn == args.frames || sink.wants_all() {
             sink.take(studio.shoot(&show.shot(), &settings)?)?;

@@ -1,7 +1,7 @@
 //! States of the whole sea in its past, from which it is brought to any moment by loading one and making the
 //! steps that follow it. They are kept in this program's memory without envelopes or hashes; near ones are
-//! dense, those further back thinner, the further the thinner. On the last steps of a jump's way a few more are
-//! kept for a while: whoever drags the sea's time to and fro comes there again.
+//! dense, those further back thinner, the further the thinner. On the last steps of a jump's way a few more
+//! are kept for a while: whoever drags the sea's time to and fro comes there again.
 
 use std::{collections::VecDeque, time::Instant};
 
@@ -106,6 +106,7 @@ impl History {
     /// Forgets all, and what was tried: the sea begins at its start.
     pub(crate) fn begin_anew(&mut self) {
         self.forget_from(0);
+        self.goal = 0;
         self.tried = None;
         self.grafted = false;
     }
@@ -228,9 +229,9 @@ impl World {
     /// the sea is at its start.
     pub fn go_to(&mut self, step: u64) -> Result<(), PluginError> {
         let now = self.clock.step;
-        self.history.goal = step;
         let nearest = self.history.before(step).map_or(0, |past| past.step);
         if now == step || now < step && nearest <= now {
+            self.history.goal = step;
             return Ok(());
         }
         if let Some(member) = self.members.iter().find(|m| *m.instance.health() != Health::Running) {
@@ -253,6 +254,7 @@ impl World {
         self.hands.journal.header.from_step = self.hands.journal.header.from_step.min(from);
         self.hands.journal.end = from;
         self.faults.clear();
+        self.history.goal = step;
         taken.map(|_| ())
     }
 

@@ -47,6 +47,13 @@ pub struct Fibre {
     pub directions: Vec<DVec3>,
 }
 
+/// The share of its way that a joint goes whose time constant is `lag` times the one that goes the share
+/// `gain`: all of it for all, 1/`lag` of a small one, and in between at most a few hundredths of it more than
+/// 1 − (1 − `gain`)^(1/`lag`), which takes a power.
+fn lagging(gain: f64, lag: f64) -> f64 {
+    gain / (gain + (1.0 - gain) * lag)
+}
+
 impl Fibre {
     /// A fibre in its rest pose.
     pub fn new(shape: FibreShape, root: DVec3, root_frame: Frame) -> Self {
@@ -107,7 +114,7 @@ impl Fibre {
             let rest = frame.bent(self.shape.rest[i]);
             let target = self.target(i, &rest, loads[i + 1].net);
             let bend = self.bends[i];
-            self.bends[i] = bend + (target - bend) * (gain * self.shape.paces[i]);
+            self.bends[i] = bend + (target - bend) * lagging(gain, self.shape.lags[i]);
             frame = rest.bent(self.bends[i]);
             self.directions[i] = frame.z;
             self.nodes[i + 1] = self.nodes[i] + frame.z * self.shape.lengths[i];

@@ -25,8 +25,8 @@ pub struct FibreShape {
     pub drag: Vec<f64>,
     /// Bend of the rest pose at each segment, carried by the frame of the segment below it [rad].
     pub rest: Vec<DVec2>,
-    /// How fast each joint follows, over how fast 1/τ lets it: above 0, 1 at most; see [`Self::set_lag`].
-    pub paces: Vec<f64>,
+    /// Time constant of each joint over the fibre's τ, at least 1; see [`Self::set_lag`].
+    pub lags: Vec<f64>,
 }
 
 /// How the flow's velocity becomes a force on a node (§4.1).
@@ -107,7 +107,7 @@ impl FibreShape {
             radii,
             stiffness: vec![0.0; segments],
             rest: vec![DVec2::ZERO; segments],
-            paces: vec![1.0; segments],
+            lags: vec![1.0; segments],
         };
         shape.set_stiffness(k, n);
         shape
@@ -124,13 +124,12 @@ impl FibreShape {
     /// the water swings, the tip comes after the base. 1 is the paper's fibre, whose joints answer together.
     pub fn set_lag(&mut self, lag: f64) {
         let last = self.segments().saturating_sub(1).max(1) as f64;
-        let pace = |i: usize| 1.0 / (1.0 + (lag - 1.0) * i as f64 / last);
-        self.paces = (0..self.segments()).map(pace).collect();
+        self.lags = (0..self.segments()).map(|i| 1.0 + (lag - 1.0) * i as f64 / last).collect();
     }
 
     /// Whether some joint follows later than τ says.
     pub fn lags(&self) -> bool {
-        self.paces.iter().any(|pace| *pace != 1.0)
+        self.lags.iter().any(|lag| *lag != 1.0)
     }
 
     /// Nodes of the rest pose, the root first.

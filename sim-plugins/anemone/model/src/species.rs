@@ -145,7 +145,7 @@ pub struct Tentacles {
     #[schemars(range(min = 0.0, max = 60.0), extend("x-unit" = "s"))]
     pub relaxation: f64,
     /// τ at the tip over τ at the root: greater lets the tip come after the base where the water swings; 1 is
-    /// the paper's.
+    /// the paper's. Without a τ all jump together.
     #[schemars(range(min = 1.0, max = 100.0))]
     pub lag: f64,
     /// C_D of eq. (9): greater catches more of the current. The paper's ½ρLr is 0.5.

@@ -424,7 +424,8 @@ impl Species {
         Ok(())
     }
 
-    /// What is wrong with its lengths, which an individual's size multiplies. The message begins with the key.
+    /// What is wrong with its lengths, which an individual's size multiplies. The message begins with the
+    /// key.
     ///
     /// # Errors
     /// As [`Species::check`].

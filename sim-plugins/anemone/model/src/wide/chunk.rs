@@ -164,8 +164,8 @@ pub struct Chunk {
     /// Where the rest pose turns the segment below to, in that segment's frame, as `constants`; empty unless
     /// `curved`.
     pub(crate) rests: Vec<[Sixteen; 3]>,
-    /// [`FibreShape::paces`], as `constants`; empty where each joint's is 1.
-    pub(crate) paces: Vec<Sixteen>,
+    /// [`FibreShape::lags`], as `constants`; empty where each joint's is 1.
+    pub(crate) lags: Vec<Sixteen>,
     /// Segment by segment, all groups of a segment side by side, the tip's first: the loads, which fetch all
     /// of this from far away, then go through memory forward, as processors expect. See [`Self::pose_of`].
     pub(crate) poses: Vec<Pose>,
@@ -199,7 +199,7 @@ impl Chunk {
             kinds: groups,
             constants: Arc::new(vec![Segment::default(); groups * segments]),
             rests: vec![Default::default(); groups * segments],
-            paces: vec![[1.0; LANES]; groups * segments],
+            lags: vec![[1.0; LANES]; groups * segments],
             poses: vec![Pose::default(); groups * segments],
             roots: vec![Group::idle(); groups],
             seats: vec![Seat::default(); groups],
@@ -219,7 +219,7 @@ impl Chunk {
             chunk.rests = Vec::new();
         }
         if !lanes.iter().any(|lane| lane.shape.lags()) {
-            chunk.paces = Vec::new();
+            chunk.lags = Vec::new();
         }
         chunk.set_stiffness(1.0, 0.0);
         Some(chunk)
@@ -229,7 +229,7 @@ impl Chunk {
     fn share(&mut self) {
         self.constants = Arc::new(self.constants.iter().step_by(self.groups).copied().collect());
         self.rests = self.rests.iter().step_by(self.groups).copied().collect();
-        self.paces = self.paces.iter().step_by(self.groups).copied().collect();
+        self.lags = self.lags.iter().step_by(self.groups).copied().collect();
         self.kinds = 1;
     }
 
@@ -266,7 +266,7 @@ impl Chunk {
             for (axis, value) in self.rests[s * self.groups + group].iter_mut().zip(rest.to_array()) {
                 axis[at] = value as f32;
             }
-            self.paces[s * self.groups + group][at] = shape.paces[s] as f32;
+            self.lags[s * self.groups + group][at] = shape.lags[s] as f32;
         }
         let (root, seat) = (&mut self.roots[group], &mut self.seats[group]);
         let frame = &lane.place.frame;
@@ -294,7 +294,7 @@ impl Chunk {
             ahead.add(&self.constants);
         }
         ahead.add(&self.rests);
-        ahead.add(&self.paces);
+        ahead.add(&self.lags);
     }
 
     /// Fibres in it.
@@ -453,8 +453,8 @@ impl Chunk {
                     None => DVec2::ZERO,
                 })
                 .collect(),
-            paces: (0..self.segments)
-                .map(|s| self.paces.get(self.constants_of(s, group)).map_or(1.0, |pace| f64::from(pace[at])))
+            lags: (0..self.segments)
+                .map(|s| self.lags.get(self.constants_of(s, group)).map_or(1.0, |lag| f64::from(lag[at])))
                 .collect(),
             lengths,
         }

@@ -183,7 +183,7 @@ pub(crate) fn bend<S: Simd>(
         let poses = &mut chunk.poses[(last - s) * groups..(last - s + 1) * groups];
         let constants = &chunk.constants[s * kinds..(s + 1) * kinds];
         let rests = chunk.rests.get(s * kinds..(s + 1) * kinds);
-        let paces = chunk.paces.get(s * kinds..(s + 1) * kinds);
+        let lags = chunk.lags.get(s * kinds..(s + 1) * kinds);
         for g in which.clone() {
             let kind = g.min(kinds - 1);
             let (pose, segment, walker) = (&poses[g], &constants[kind], &mut walkers[g]);
@@ -210,8 +210,9 @@ pub(crate) fn bend<S: Simd>(
             let target = joints[g].bend(simd);
             let old = [load(simd, &pose.bend[0]), load(simd, &pose.bend[1])];
             let mut gain = load(simd, &gains[g]);
-            if let Some(paces) = paces {
-                gain *= load(simd, &paces[g.min(kinds - 1)]);
+            if let Some(lags) = lags {
+                let lag = load(simd, &lags[g.min(kinds - 1)]);
+                gain = gain / mul_add(splat(simd, 1.0) - gain, lag, gain);
             }
             let bend = [mul_add(target[0] - old[0], gain, old[0]), mul_add(target[1] - old[1], gain, old[1])];
             store(&mut pose.bend[0], bend[0]);

@@ -283,6 +283,17 @@ fn a_fibre_whose_tip_lags_is_followed_and_rests_where_any_other_does() {
         assert!(apart(&prompt.nodes, &fibre.nodes) > 1e-4, "it is on its way still");
         settle(&mut fibre, &drag(), &flows);
         assert!(apart(&prompt.nodes, &fibre.nodes) < 1e-7, "{}", apart(&prompt.nodes, &fibre.nodes));
+        // Without a time constant nothing lags.
+        let [late, prompt] = [&late, &curled()].map(|shape| {
+            let mut fibre = Fibre::new(shape.clone(), DVec3::ZERO, leaning());
+            run_reference(&mut fibre, &drag(), &flows[..1], 0.0, DT, 2);
+            let mut chunk = chunk_of(shape, &[(DVec3::ZERO, leaning())], AREA, 0.0);
+            run(Level::best(), &mut chunk, &flows[..1], &StepConstants::default(), DT, 2);
+            (fibre.nodes, nodes(&chunk, 0))
+        });
+        if flows.len() == 1 && flows[0].kind == abi::FLOW_DIRECTIONAL {
+            assert_eq!(late, prompt);
+        }
     }
 }
 

@@ -15,8 +15,7 @@ impl Shoal {
     /// Lists what the fish emit after a step, in the order of their numbers.
     pub(super) fn carry(&mut self, around: &Surroundings<'_>) {
         self.flows.clear();
-        let carries = |kind: u32| self.kinds[kind as usize].carries.kind != Singularity::None;
-        if !(0..self.kinds.len() as u32).any(carries) {
+        if self.kinds.iter().all(|kind| kind.carries.kind == Singularity::None) {
             return;
         }
         for (number, fish) in Everybody::new(&self.fish, &self.kept).iter().enumerate() {

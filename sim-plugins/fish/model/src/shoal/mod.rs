@@ -175,8 +175,8 @@ pub struct Shoal {
     lodgings: Vec<Vec<Lodging>>,
     /// The bodies of each kind.
     pools: Vec<Pool>,
-    /// Where the fish of each kind are kept, from its first on, whose bodies are stepped, and what is asked of
-    /// these.
+    /// Where the fish of each kind are kept, from its first on, whose bodies are stepped, and what is asked
+    /// of these.
     stepped: Vec<Vec<u32>>,
     orders: Vec<Order>,
     /// The bodies that are stepped, ascending.
@@ -367,7 +367,7 @@ impl Shoal {
         field.refill(flow);
         let anchor = *anchor;
         let reorder = *orderly == 0;
-        *orderly = if reorder { ORDERLY } else { *orderly - 1 };
+        *orderly = if reorder { ORDERLY - 1 } else { *orderly - 1 };
         for ((grid, kind), first) in grids.iter_mut().zip(kinds.iter()).zip(firsts.iter()) {
             let own = *first as usize..*first as usize + grid.len();
             let (fish, kept) = (&mut fish[own.clone()], &mut kept[own.clone()]);

@@ -34,8 +34,8 @@ pub(super) struct Pool {
     pub(super) tank: Tank,
     /// What a fading point's nodes still are off its gait, at the species' size [m]; body by body.
     offsets: Vec<Vec3>,
-    /// Those that nobody holds; the last is taken first. Fish take and give back in the order of their
-    /// numbers, and no bytes hang on who has which.
+    /// Those that nobody holds; the last is taken first. Fish take and give back in the order in which they
+    /// are kept: no bytes hang on who has which.
     free: Vec<u32>,
 }
 

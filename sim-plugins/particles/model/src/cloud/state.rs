@@ -1,6 +1,8 @@
 //! What a later step depends on: where the centres are, and where the sources were. And what a picture of the
 //! present one does: which of the centres jumped.
 
+use std::ops::Range;
+
 use reef_sdk::{StateError, StateReader, StateWriter};
 
 use super::{Cloud, UNKNOWN, slot_of};
@@ -82,14 +84,11 @@ impl Cloud {
         for swarm in &self.swarms {
             let count = swarm.plan.count as usize;
             let (all, rest) = into.split_at_mut(count);
-            let own = self.at[axis][swarm.pieces.start * slots..].chunks_exact(slots);
-            for (all, own) in all.chunks_mut(slots).zip(own) {
-                // The order of [`slot_of`].
-                for (group, all) in all.chunks_mut(self.members).enumerate() {
-                    let own = own[group..].iter().step_by(self.groups);
-                    all.iter_mut().zip(own).for_each(|(all, own)| *all = *own);
-                }
-            }
+            let own = &self.at[axis][swarm.pieces.start * slots..];
+            each_group(count, [self.members, self.groups], |numbers, slot| {
+                let own = own[slot..].iter().step_by(self.groups);
+                all[numbers].iter_mut().zip(own).for_each(|(all, own)| *all = *own);
+            });
             into = rest;
         }
     }
@@ -156,7 +155,10 @@ impl Cloud {
             let count = swarm.plan.count as usize;
             for (own, all) in self.at.iter_mut().zip(&state.at) {
                 let (own, all) = (&mut own[first..], &all[done..]);
-                each_slot(count, [self.members, self.groups], |i, slot| own[slot] = all[i]);
+                each_group(count, [self.members, self.groups], |numbers, slot| {
+                    let own = own[slot..].iter_mut().step_by(self.groups);
+                    own.zip(&all[numbers]).for_each(|(own, all)| *own = *all);
+                });
             }
             while let Some(number) = jumped.next_if(|number| (done..done + count).contains(number)) {
                 let (chunk, word, bit) =
@@ -169,20 +171,12 @@ impl Cloud {
     }
 }
 
-/// Calls `each` with the number and the slot (of its box) of each of so many particles, in the order of their
-/// numbers: what [`slot_of`] says of one.
-fn each_slot(count: usize, [members, groups]: [usize; 2], mut each: impl FnMut(usize, usize)) {
-    let mut particle = 0;
-    for chunk in (0..count).step_by(members * groups) {
-        for group in 0..groups {
-            for member in 0..members {
-                if particle == count {
-                    return;
-                }
-                each(particle, chunk + member * groups + group);
-                particle += 1;
-            }
-        }
+/// Calls `each` for each group of so many particles, in the order of their numbers, with these and the slot
+/// (of their box) of the first: what [`slot_of`] says of one. The slots of the others follow `groups` apart.
+fn each_group(count: usize, [members, groups]: [usize; 2], mut each: impl FnMut(Range<usize>, usize)) {
+    for (at, first) in (0..count).step_by(members).enumerate() {
+        let slot = at / groups * (members * groups) + at % groups;
+        each(first..count.min(first + members), slot);
     }
 }
 
@@ -201,7 +195,9 @@ mod tests {
             [(0, 4, 8), (1, 4, 8), (31, 4, 8), (100, 4, 8), (64, 1, 16), (50, 3, 5)]
         {
             let mut seen = Vec::new();
-            each_slot(count, [members, groups], |particle, slot| seen.push((particle, slot)));
+            each_group(count, [members, groups], |numbers, slot| {
+                seen.extend(numbers.zip((slot..).step_by(groups)));
+            });
             let expected: Vec<_> = (0..count).map(|i| (i, slot_of(i, members, groups))).collect();
             assert_eq!(seen, expected, "{count} in {groups} groups of {members}");
         }
