@@ -13,13 +13,17 @@ pub struct State {
     /// θ, φ, angular velocity and velocity of each segment: eight numbers [rad, rad/s, m/s].
     pub joints: Vec<f32>,
     /// Level of detail, share of the procedural method, how long it was not stepped [s] (the greatest number:
-    /// it never was), and the velocity of the centre of gravity [m/s]: six numbers a plant.
+    /// it never was; −1: no step has come), and the velocity of the centre of gravity [m/s]: six numbers
+    /// a plant.
     pub plants: Vec<f32>,
 }
 
 /// Numbers of a joint, and of a plant.
 const OF_JOINT: usize = 8;
 const OF_PLANT: usize = 6;
+
+/// In the place of a time: no step has come yet.
+const FRESH: f32 = -1.0;
 
 impl State {
     /// Into the plugin's state, version 1.
@@ -56,7 +60,8 @@ impl Bed {
                 state.joints.extend(lanes.map(|values| values.0[lane]));
             }
             let stand = &pack_at.stand;
-            state.plants.extend([stand.detail.0[lane], stand.lagged.0[lane], pack_at.paused[lane]]);
+            let paused = if pack_at.fresh { FRESH } else { pack_at.paused[lane] };
+            state.plants.extend([stand.detail.0[lane], stand.lagged.0[lane], paused]);
             state.plants.extend(stand.drift.iter().map(|values| values.0[lane]));
         }
         state
@@ -86,8 +91,9 @@ impl Bed {
             return Err("has a number that is not finite".to_owned());
         }
         for plant in state.plants.chunks_exact(OF_PLANT) {
-            let within =
-                (0.0..=2.0).contains(&plant[0]) && (0.0..=1.0).contains(&plant[1]) && plant[2] >= 0.0;
+            let within = (0.0..=2.0).contains(&plant[0])
+                && (0.0..=1.0).contains(&plant[1])
+                && (plant[2] >= 0.0 || plant[2] == FRESH);
             if !within {
                 return Err(
                     "has a level of detail that is not from 0 to 2, or a share not from 0 to 1".to_owned()
@@ -107,7 +113,8 @@ impl Bed {
             let pack = &mut self.packs[*pack as usize];
             pack.stand.detail.0[lane] = plant[0];
             pack.stand.lagged.0[lane] = plant[1];
-            pack.paused[lane] = plant[2];
+            pack.fresh |= plant[2] == FRESH;
+            pack.paused[lane] = plant[2].max(0.0);
             pack.stand.drift.iter_mut().zip(&plant[3..]).for_each(|(values, value)| values.0[lane] = *value);
         }
         Ok(())

@@ -124,8 +124,8 @@ fn every_instruction_set_gives_the_same_bytes() {
 fn a_saved_state_goes_on_as_if_nothing_had_been() {
     let never_seen =
         |state: &State| state.plants.chunks_exact(6).filter(|plant| plant[2] == f32::MAX).count();
-    // After the first step, which sees the other way, and amid the flight.
-    for (first, saved) in [(150, 151), (0, 200)] {
+    // Before any step, after the first one, which sees the other way, and amid the flight.
+    for (first, saved) in [(150, 150), (150, 151), (0, 200)] {
         let mut bed = Bed::new(kinds(), plants(40));
         fly(&mut bed, first..saved, Level::best());
         let state = bed.save();
@@ -137,7 +137,8 @@ fn a_saved_state_goes_on_as_if_nothing_had_been() {
         assert_eq!(bed.save(), other.save(), "at {saved}");
         assert_eq!(bed.flows(), other.flows(), "at {saved}");
         // Some come into view for the first time later.
-        assert!(first == 0 || never_seen(&state) > never_seen(&bed.save()));
+        let begun = (first + 1..first + 10).contains(&saved);
+        assert!(!begun || never_seen(&state) > never_seen(&bed.save()));
     }
 }
 
