@@ -90,7 +90,7 @@ struct Part {
     uint how;              // influences that are read, words a vertex in the bones << 8, HOW_...
     uint palette;          // its first moved joint
     float scale;
-    uint end;              // 0: records are whole texels
+    uint first_drawn;      // its level's first vertex, in its mesh and so in what is drawn anew
 };
 
 #define HOW_DUAL 0x10000u
@@ -100,6 +100,11 @@ struct Part {
 #define PART_THREADS 4u     // a part may have four vertices
 #define GROUP_PARTS 8u      // so many parts are one workgroup's: to begin one costs a software device as much as a part
 #define LIGHT_THREADS 64u
+
+/// Whether what is in a bin is lit at its vertices: the scan puts these first, and the light goes over them.
+bool is_lit(uint bin) {
+    return bin < BIN_PIXEL || bin == BIN_LIT_VEIL || bin == BIN_LIT_THIN;
+}
 
 /// What the scan writes.
 struct MeshDraws {

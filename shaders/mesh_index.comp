@@ -39,12 +39,12 @@ void main() {
     // A veil is seen twice, and has its vertices once: where these did not fit, neither did it.
     Part owner = part_at(parts, 2u * instance.vertices_of + (index & 1u));
     bool gone = ((part.bin | owner.bin) & LEFT_OUT) != 0u;
-    Level level = level_at(levels, part.level);
-    uint base = owner.first_vertex - level.first_vertex;
+    uint first_index = level_at(levels, part.level).first_index;
+    uint base = owner.first_vertex - part.first_drawn;
     bool veil = part.bin == BIN_VEIL || part.bin == BIN_LIT_VEIL;
     bool far_side = (instance.flags & FAR_SIDE) != 0u;
-    for (uint t = gl_LocalInvocationID.x % PART_THREADS; t < level.triangles; t += PART_THREADS) {
-        uint from = level.first_index + t * 3u;
+    for (uint t = gl_LocalInvocationID.x % PART_THREADS; t < part.triangles; t += PART_THREADS) {
+        uint from = first_index + t * 3u;
         uint a = base + word_at(mesh_indices, from);
         uint b = base + word_at(mesh_indices, from + 1u);
         uint c = base + word_at(mesh_indices, from + 2u);

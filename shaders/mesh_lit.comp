@@ -47,7 +47,7 @@ void main() {
     Part part = part_at(parts, index);
     bool veil = part.bin == BIN_LIT_VEIL;
     bool thin = part.bin == BIN_LIT_THIN;
-    bool lit = there && (part.bin < BIN_PIXEL || veil || thin);
+    bool lit = there && is_lit(part.bin);
     // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
     for (uint once = lit ? 0u : 1u; once < 1u; once++) {
         Instance instance = instance_at(instances, push.first_instance, index >> 1);

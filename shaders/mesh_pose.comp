@@ -40,7 +40,7 @@ void put_part(uint index, Part part) {
     imageStore(parts, at, uvec4(part.level, part.bin, part.first_vertex, part.first_index));
     imageStore(parts, at + 1, uvec4(floatBitsToUint(part.base), part.shares));
     imageStore(parts, at + 2, uvec4(part.first_rest, part.first_bone, part.vertices, part.triangles));
-    imageStore(parts, at + 3, uvec4(part.how, part.palette, floatBitsToUint(part.scale), part.end));
+    imageStore(parts, at + 3, uvec4(part.how, part.palette, floatBitsToUint(part.scale), part.first_drawn));
 }
 
 /// The part with what is read of its level. `own`: its vertices are no other instance's.
@@ -49,6 +49,7 @@ Part of_level(Part part, Mesh mesh, Level level, bool own) {
     part.first_bone = mesh.first_bone + level.first_vertex * mesh.influences;
     part.vertices = own ? level.vertices : 0u;
     part.triangles = level.triangles;
+    part.first_drawn = level.first_vertex;
     part.how |= (part.how & HOW_ANEW) != 0u ? 0u : level.influences;
     return part;
 }
@@ -128,7 +129,7 @@ void main() {
     part.how = mesh.influences << 8 | (dual ? HOW_DUAL : 0u) | (rigid ? HOW_RIGID : 0u) | (anew ? HOW_ANEW : 0u);
     part.palette = instance.palette;
     part.scale = instance.scale;
-    part.end = 0u;
+    part.first_drawn = 0u;
     Part other = part;
     bool outside = culled(center, radius);
     bool seen = instance.fade < 1.0 && (uint(outside) & push.use_lod) == 0u;
@@ -141,7 +142,9 @@ void main() {
         chosen = fits ? l : chosen;
     }
     uint next = min(chosen + 1u, mesh.level_count - 1u);
-    float error = level_at(levels, mesh.first_level + next).error * stretch * pixels;
+    Level fine = level_at(levels, mesh.first_level + chosen);
+    Level coarse = level_at(levels, mesh.first_level + next);
+    float error = coarse.error * stretch * pixels;
     bool own = instance.vertices_of == index;
     float coarser = clamp((BAND * push.error - error) / ((BAND - 1.0) * push.error), 0.0, 1.0) * float(push.use_lod);
     coarser = next != chosen ? coarser : 0.0;
@@ -157,8 +160,6 @@ void main() {
     other.bin = part.bin;
     // Blades that are thinner than some pixels.
     bool leaf = !veil && !anew && (mesh.flags & MESH_TWO_SIDED) != 0u;
-    Level fine = level_at(levels, mesh.first_level + chosen);
-    Level coarse = level_at(levels, mesh.first_level + next);
     vec2 slim = vec2(fine.slim, coarse.slim);
     bvec2 thin = lessThan(slim * (stretch * pixels), vec2(THIN_HALF));
     uint thin_bin = lit ? BIN_LIT_THIN : BIN_THIN;

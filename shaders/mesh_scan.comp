@@ -40,11 +40,6 @@ uint plus(uint a, uint b) {
     return sum < a ? 0xffffffffu : sum;
 }
 
-/// Whether what is in a bin is lit at its vertices.
-bool is_lit(uint bin) {
-    return bin < BIN_PIXEL || bin == BIN_LIT_VEIL || bin == BIN_LIT_THIN;
-}
-
 Needs nothing() {
     Needs n;
     n.lit = 0u;

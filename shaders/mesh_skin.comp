@@ -159,7 +159,7 @@ void main() {
         Moved m = skinned(part, i, rest);
         // A software rasteriser leaves out a loop that no invocation enters, and a branch never.
         for (uint once = anew ? 0u : 1u; once < 1u; once++) {
-            m = made_anew(instance_at(instances, push.first_instance, index >> 1), i);
+            m = made_anew(instance_at(instances, push.first_instance, index >> 1), part.first_drawn + i);
         }
         vec3 p = part.base + m.p;
         vec3 n = m.n * inversesqrt(max(dot(m.n, m.n), 1e-20));

@@ -210,8 +210,8 @@ reef_gpu::record! {
         pub palette: u32,
         /// Of the mesh at rest.
         pub scale: f32,
-        /// 0: records are whole texels.
-        pub end: u32,
+        /// Its level's first vertex, in its mesh and so in what is drawn anew.
+        pub first_drawn: u32,
     }
 }
 

@@ -9,7 +9,8 @@ use reef_streams::{
     meshes::{MeshList, Meshes, Wanted},
 };
 
-/// Meshes of a plant, a body, a bell and grass (ids 1 to 4), and what moves them.
+/// Meshes of a plant, a body, a bell, grass, and a bell whose levels begin late among its vertices (ids 1 to
+/// 5), and what moves them.
 pub struct Models {
     /// The meshes.
     pub list: MeshList,
@@ -20,13 +21,25 @@ impl Default for Models {
     fn default() -> Self {
         let bell = Bell::new();
         let mut meshes = Meshes::default();
-        for shape in [&plant::shape(), &fish::shape(), &bell.shape, &grass::shape()] {
+        for shape in [&plant::shape(), &fish::shape(), &bell.shape, &grass::shape(), &reversed(&bell.shape)] {
             // The shapes are sound; one that were not would be missed in every picture.
             let made = meshes.add(wanted(shape));
             debug_assert!(matches!(made, Ok(Ok(_))), "{made:?}");
         }
         Self { list: meshes.list().clone(), bell }
     }
+}
+
+/// The same shape with its vertices the other way round: what its coarser levels have comes last.
+fn reversed(shape: &Shape) -> Shape {
+    let mut shape = shape.clone();
+    let count = shape.vertices.len() as u32;
+    shape.vertices.reverse();
+    shape.indices.iter_mut().for_each(|index| *index = count - 1 - *index);
+    for level in &mut shape.levels {
+        level.first_vertex = count - level.first_vertex - level.vertex_count;
+    }
+    shape
 }
 
 /// As an instance asks for it.
@@ -108,18 +121,37 @@ impl Models {
 
     /// A bell that pulses.
     pub fn bell(&self, outputs: &mut Outputs, origin: [f64; 3], size: f32, time: f32) {
+        self.pulse(outputs, 3, origin, size, time);
+    }
+
+    /// The same bell, whose levels begin late among its vertices.
+    pub fn late_bell(&self, outputs: &mut Outputs, origin: [f64; 3], size: f32, time: f32) {
+        self.pulse(outputs, 5, origin, size, time).reverse();
+    }
+
+    /// A bell with this mesh; returns its vertices.
+    fn pulse<'a>(
+        &self,
+        outputs: &'a mut Outputs,
+        mesh: u32,
+        origin: [f64; 3],
+        size: f32,
+        time: f32,
+    ) -> &'a mut [abi::DrawVertex] {
         let first_vertex = outputs.draw_vertices.len();
         outputs.draw_vertices.resize(first_vertex + bell::VERTICES, abi::DrawVertex::default());
-        self.bell.pulse(time, size, &mut outputs.draw_vertices[first_vertex..]);
         let object = object(outputs, origin, (Vec3::ZERO, 0.2 * size));
         outputs.mesh_draws.push(abi::MeshDraw {
             object,
-            mesh: 3,
+            mesh,
             material: 2,
             first_vertex: first_vertex as u32,
             vertex_count: bell::VERTICES as u32,
             ..abi::MeshDraw::default()
         });
+        let vertices = &mut outputs.draw_vertices[first_vertex..];
+        self.bell.pulse(time, size, vertices);
+        vertices
     }
 }
 

@@ -42,6 +42,7 @@ fn garden(models: &Models, time: f32) -> Outputs {
         models.grass(&mut outputs, [0.7 * column + 0.1, -4.0, z], 1.0, 0.1 * time + 0.02 * i as f32);
         if i % 3 == 0 {
             models.bell(&mut outputs, [0.6 * column + 0.2, -3.2, z - 0.2], 1.0, time + 0.2 * i as f32);
+            models.late_bell(&mut outputs, [0.6 * column - 0.2, -3.0, z - 0.3], 1.0, time + 0.3 * i as f32);
         }
     }
     models.plant(&mut outputs, [0.0, -4.0, 5.0], 1.0, time);
