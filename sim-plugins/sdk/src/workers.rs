@@ -208,11 +208,13 @@ unsafe impl<'a, T: Send> Split for Chunks<'a, T> {
     }
 }
 
-/// A slice in parts of chosen lengths: part `i` runs from `bounds[i]` to below `bounds[i + 1]`.
+/// A slice in parts of chosen lengths: part `i` runs from `bounds[i]` to below `bounds[i + 1]`, or several of
+/// these that follow one another.
 #[derive(Debug)]
 pub struct Parts<'a, T> {
     data: *mut T,
     bounds: &'a [usize],
+    together: usize,
     lifetime: PhantomData<&'a mut [T]>,
 }
 
@@ -224,13 +226,19 @@ unsafe impl<T: Send> Send for Parts<'_, T> {}
 impl<'a, T> Parts<'a, T> {
     /// Cuts `data` at the bounds. Panics unless they grow and stay inside.
     pub fn new(data: &'a mut [T], bounds: &'a [usize]) -> Self {
+        Self::every(data, bounds, 1)
+    }
+
+    /// Joins so many ranges in a part; the last part may have fewer. Panics as [`Parts::new`], and for 0.
+    pub fn every(data: &'a mut [T], bounds: &'a [usize], together: usize) -> Self {
+        assert!(together > 0, "a part has at least one range");
         assert!(bounds.is_sorted(), "the bounds of parts must grow");
         assert!(bounds.last().is_none_or(|last| *last <= data.len()), "the bounds of parts leave the slice");
-        Self { data: data.as_mut_ptr(), bounds, lifetime: PhantomData }
+        Self { data: data.as_mut_ptr(), bounds, together, lifetime: PhantomData }
     }
 
     fn count(&self) -> usize {
-        self.bounds.len().saturating_sub(1)
+        self.bounds.len().saturating_sub(1).div_ceil(self.together)
     }
 }
 
@@ -243,7 +251,9 @@ unsafe impl<'a, T: Send> Split for Parts<'a, T> {
     }
 
     unsafe fn part(&self, index: usize) -> &'a mut [T] {
-        let (start, end) = (self.bounds[index], self.bounds[index + 1]);
+        assert!(index < self.count(), "part {index} of {}", self.count());
+        let last = ((index + 1) * self.together).min(self.bounds.len() - 1);
+        let (start, end) = (self.bounds[index * self.together], self.bounds[last]);
         // SAFETY: `new` checked that the bounds grow inside the slice, which it borrowed for 'a; the caller
         // takes each part once.
         unsafe { std::slice::from_raw_parts_mut(self.data.add(start), end - start) }
@@ -295,6 +305,24 @@ mod tests {
         );
         assert_eq!(a, [1, 1, 1, 1, 2, 2, 2, 2, 3, 3]);
         assert_eq!(b, [1, 1, 3, 3, 3, 3, 3, 3, 3]);
+    }
+
+    #[test]
+    fn parts_join_ranges_and_cover_each_element_once() {
+        let bounds = [0, 2, 2, 5, 9, 10];
+        for (together, expected) in [
+            (1, [1, 1, 3, 3, 3, 4, 4, 4, 4, 5]),
+            (2, [1, 1, 2, 2, 2, 2, 2, 2, 2, 3]),
+            (5, [1; 10]),
+            (8, [1; 10]),
+        ] {
+            let mut data = [0; 10];
+            Workers::inline().for_each_part(Parts::every(&mut data, &bounds, together), |i, part| {
+                part.iter_mut().for_each(|v| *v += i + 1);
+            });
+            assert_eq!(data, expected, "{together} together");
+        }
+        Workers::inline().for_each_part(Parts::every(&mut [0; 0], &[0], 4), |_, _| panic!("there is none"));
     }
 
     #[test]

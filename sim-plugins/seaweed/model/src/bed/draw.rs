@@ -12,7 +12,7 @@ use reef_sdk::{
 };
 
 use super::{
-    BED, Bed, JointPose, Kind, PACKS, Pack, every, id_of,
+    BED, Bed, JointPose, Kind, PACKS, Pack, id_of, next_of,
     poses::{Bases, frames, one},
 };
 use crate::{
@@ -56,7 +56,7 @@ fn share_of_whole(pack: &Pack, lane: usize, whole: bool) -> f32 {
 impl Bed {
     /// How many joints [`Bed::draw`] writes. To be called before it, with the same.
     pub fn plan_joints(&mut self, whole: bool) -> usize {
-        let Self { packs, kinds, drawn_bounds, jobs, .. } = self;
+        let Self { packs, kinds, drawn_bounds, .. } = self;
         drawn_bounds.clear();
         drawn_bounds.push(0);
         let mut joints = 0;
@@ -67,7 +67,6 @@ impl Bed {
             }
             drawn_bounds.push(joints);
         }
-        every(drawn_bounds, &mut jobs.drawn);
         joints
     }
 
@@ -103,17 +102,16 @@ impl Bed {
         how: &Drawing<'_>,
         (elements, joints): (&mut [Skinned], &mut [Joint]),
     ) {
-        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, jobs, kinds, bases, .. } = self;
+        let Self { packs, rows, row_bounds, plant_bounds, drawn_bounds, kinds, bases, .. } = self;
         super::poses::fit(bases, kinds, workers.count());
         let (kinds, packs, rows) = (&*kinds, packs.as_slice(), rows.as_slice());
         let (row_bounds, drawn_bounds, plant_bounds) = (&*row_bounds, &*drawn_bounds, &*plant_bounds);
-        let split = (Parts::new(elements, &jobs.plants), Parts::new(joints, &jobs.drawn));
+        let split = (Parts::every(elements, plant_bounds, PACKS), Parts::every(joints, drawn_bounds, PACKS));
         workers.for_each_part_with(bases, split, |bases, job, (mut elements, mut room)| {
             for (number, pack) in packs.iter().enumerate().skip(job * PACKS).take(PACKS) {
-                let count = |bounds: &[usize]| bounds[number + 1] - bounds[number];
                 let of_pack = Drawn {
-                    elements: elements.split_off_mut(..count(plant_bounds)).unwrap_or_default(),
-                    room: room.split_off_mut(..count(drawn_bounds)).unwrap_or_default(),
+                    elements: next_of(&mut elements, plant_bounds, number),
+                    room: next_of(&mut room, drawn_bounds, number),
                     first_joint: drawn_bounds[number],
                 };
                 let rows = &rows[row_bounds[number]..row_bounds[number + 1]];

@@ -124,7 +124,6 @@ pub struct Bed {
     plant_bounds: Vec<usize>,
     /// Where each pack's joints begin among those that are drawn in this step.
     drawn_bounds: Vec<usize>,
-    jobs: Jobs,
     /// Pack and lane of each plant.
     places: Vec<[u32; 2]>,
     cells: Vec<Cell>,
@@ -150,22 +149,11 @@ pub struct Bed {
 /// Packs that one job of the workers steps or draws: enough that to be handed out costs it little.
 const PACKS: usize = 4;
 
-/// Where each job's [`PACKS`] begin.
-#[derive(Clone, Debug, Default)]
-struct Jobs {
-    rows: Vec<usize>,
-    plants: Vec<usize>,
-    /// Among the joints that are drawn in this step.
-    drawn: Vec<usize>,
-}
-
-/// The bounds of jobs out of those of packs. Reuses `jobs`.
-fn every(packs: &[usize], jobs: &mut Vec<usize>) {
-    jobs.clear();
-    jobs.extend(packs.iter().step_by(PACKS));
-    if packs.len() % PACKS != 1 {
-        jobs.extend(packs.last());
-    }
+/// The next part of a slice that is gone through range by range: what lies between two of its bounds.
+fn next_of<'a, T>(rest: &mut &'a mut [T], bounds: &[usize], number: usize) -> &'a mut [T] {
+    let (own, after) = std::mem::take(rest).split_at_mut(bounds[number + 1] - bounds[number]);
+    *rest = after;
+    own
 }
 
 /// The object that all plants are together: owner of what they emit together.
@@ -221,7 +209,6 @@ impl Bed {
             pose_bounds: vec![0],
             plant_bounds: vec![0],
             drawn_bounds: Vec::new(),
-            jobs: Jobs::default(),
             cells: Vec::new(),
             patches: Vec::new(),
             field: Field::new(),
@@ -246,10 +233,7 @@ impl Bed {
                 bed.add_pack(&eight[0].0, &numbers, &mut cells);
             }
         }
-        every(&bed.row_bounds, &mut bed.jobs.rows);
-        every(&bed.plant_bounds, &mut bed.jobs.plants);
         bed.drawn_bounds.reserve(bed.packs.len() + 1);
-        bed.jobs.drawn.reserve(bed.jobs.rows.len());
         bed
     }
 
@@ -308,7 +292,7 @@ impl Bed {
         }
         self.prepare(around, levels);
         let view = View::new(around.camera, levels.margin);
-        let Self { packs, rows, row_bounds, jobs, cells, field, waves, before, scratch, kinds, .. } = self;
+        let Self { packs, rows, row_bounds, cells, field, waves, before, scratch, kinds, .. } = self;
         let (field, kinds, before, row_bounds) = (&*field, &*kinds, &*before, &*row_bounds);
         let (choice, spacing) = (&self.choice, &self.spacing);
         let raised: f32 = waves.iter().map(|wave| wave.amplitude.max(0.0)).sum();
@@ -318,14 +302,13 @@ impl Bed {
             cell[0].fill(field, ordered, levels, &view);
         });
         let cells = &*cells;
-        let split = (Chunks::new(packs, PACKS), Parts::new(rows, &jobs.rows));
+        let split = (Chunks::new(packs, PACKS), Parts::every(rows, row_bounds, PACKS));
         around.workers.for_each_part_with(scratch, split, |scratch, job, (packs, mut rows)| {
             for (number, pack) in (job * PACKS..).zip(packs) {
                 let (cell, kind) = (&cells[pack.cell()], &kinds[pack.kind()]);
                 let view = &view;
                 let sea = Sea { around: ordered, levels, view, cell, kind, choice, spacing, before, raised };
-                let count = row_bounds[number + 1] - row_bounds[number];
-                pack.step(&sea, rows.split_off_mut(..count).unwrap_or_default(), scratch);
+                pack.step(&sea, next_of(&mut rows, row_bounds, number), scratch);
             }
         });
         let mut work = Work::default();
